@@ -56,7 +56,7 @@ def module_file(parts: list[str]) -> Path:
     return base / "__init__.py" if base.is_dir() else base.with_suffix(".py")
 
 
-def names_in_module(parts: list[str]) -> set[str]:
+def names_defined_imported_or_quoted_in_module(parts: list[str]) -> set[str]:
     """Return the names that a module defines or imports, and its strings, which name what it imports when needed."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(module_file(parts).read_text(encoding="utf-8"))):
@@ -125,6 +125,6 @@ def test_modules_and_their_contents_that_docstrings_name_exist():
         for mention in re.findall(r"`(overturning(?:\.\w+)+)(?:\(\))?`", path.read_text(encoding="utf-8")):
             parts = mention.split(".")
             length = max(count for count in range(1, len(parts) + 1) if module_file(parts[:count]).is_file())
-            if length < len(parts) and parts[length] not in names_in_module(parts[:length]):
+            if length < len(parts) and parts[length] not in names_defined_imported_or_quoted_in_module(parts[:length]):
                 wrong.append(f"{path.relative_to(ROOT)}: {mention}")
     assert wrong == []

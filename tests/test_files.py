@@ -108,7 +108,7 @@ def test_an_output_path_needs_an_existing_folder_and_a_known_extension(tmp_path:
         ("a: 1:30.5\n", "line 1: YAML reads 1:30.5 as 90.5; write it without colons"),
     ],
 )
-def test_ambiguous_yaml_values_are_refused(tmp_path: Path, text: str, said: str) -> None:
+def test_repeated_yaml_keys_and_octal_or_base_60_numbers_are_refused(tmp_path: Path, text: str, said: str) -> None:
     (tmp_path / "s.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=re.escape(f"s.yaml, {said}")):
         read_yaml_mapping(tmp_path / "s.yaml", "study", "see there")

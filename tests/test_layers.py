@@ -102,7 +102,7 @@ IMPORTERS_OF_VERIFICATION = ("verification", "tests.verification", "tests.workfl
 """Folders that may import verification: itself, its tests, and tests that run whole studies."""
 
 
-def test_tests_import_only_reference_solutions_from_verification() -> None:
+def test_only_allowed_folders_import_verification() -> None:
     for name in source_paths_of_package_verification_and_tests():
         others = {other for other in imported_project_modules(name) if not other.startswith("verification.reference.")}
         packages = {other.partition(".")[0] for other in others}

@@ -31,7 +31,7 @@ DOCUMENTED_MODULES = {
 NAMED_TUPLE_MEMBERS = {"_fields", "_replace", "_asdict", "_make"}
 """Documented names of Python's named tuples."""
 
-CACHE_TEST = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
+DAMAGED_CACHE_FILE_TEST_NODE_ID = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_cache_miss"
 COMPILER_SETTINGS_TEST_NODE_ID = (
     "tests/dem/test_cache.py::test_importing_the_package_changes_no_setting_of_numba_or_llvm"
 )
@@ -50,10 +50,13 @@ USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = 
         ),
     },
     "kernel_cache.py": {
-        ("numba.core.runtime",): ("reference counts must be initialised before a kernel is loaded", CACHE_TEST),
+        ("numba.core.runtime",): (
+            "reference counts must be initialised before a kernel is loaded",
+            DAMAGED_CACHE_FILE_TEST_NODE_ID,
+        ),
         ("_cache", "_cache_file", "_cache_path", "_impl", "_load_overload", "load_overload", "save_overload"): (
             "the cache's folder is named after all sources, and a kernel that cannot be loaded is compiled again",
-            CACHE_TEST,
+            DAMAGED_CACHE_FILE_TEST_NODE_ID,
         ),
         ("_source_stamp", "_index_path", "_data_path", "_data_name_pattern", "get_cache_path"): (
             "one index per model, and a stamp of the contents in place of the file's time",
@@ -61,7 +64,7 @@ USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = 
         ),
         ("_dump", "_load_index", "_load_data"): (
             "damaged machine code must not run: files end with a digest",
-            CACHE_TEST,
+            DAMAGED_CACHE_FILE_TEST_NODE_ID,
         ),
     },
     "dem/kernel/compiler.py": {

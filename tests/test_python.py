@@ -166,7 +166,7 @@ def test_a_cube_is_opened_from_a_path_string_and_selected_by_record_id(cube_file
     assert inside["record"].to_numpy().tolist() == [0, 1]
 
 
-def test_a_saved_selection_of_a_cube_keeps_its_metadata(tmp_path: Path) -> None:
+def test_a_saved_selection_of_one_amplitude_keeps_its_amplitude_factor(tmp_path: Path) -> None:
     grid = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.4], "height": [0.6], "ensemble": {"members": 0}}
     cube = overturning.run_study([WAVE], scene="three-tier", amplitude=[1, 2], **grid)
     cube.to_netcdf(tmp_path / "whole.nc")

@@ -214,12 +214,12 @@ def confidence_interval_of_coverage(survey_rows: pd.DataFrame, coverage_column: 
     if exact is not None:
         return exact
 
-    def covered_share_of_sample(resampled_covered_and_survey_counts: FloatArray) -> FloatArray:
+    def covered_share_of_sample(covered_and_all_survey_counts_by_sample: FloatArray) -> FloatArray:
         """Return the covered share in each bootstrap sample of earthquakes.
 
-        The last axis of `resampled_covered_and_survey_counts` has the numbers of covered and of all surveys.
+        The last axis of `covered_and_all_survey_counts_by_sample` has the numbers of covered and of all surveys.
         """
-        held, surveys = resampled_covered_and_survey_counts.sum(axis=1).T
+        held, surveys = covered_and_all_survey_counts_by_sample.sum(axis=1).T
         return np.asarray(held / surveys)
 
     return bootstrap_interval(covered_share_of_sample, of_event)

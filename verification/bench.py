@@ -96,10 +96,10 @@ def wrap_loop_for_calls_from_python(inner_loop: Any) -> Any:
 
     @njit
     def advance_blocks(
-        variant_marker: Any, state: Any, lane_count: int, step_count: int, ticks_per_sample: float
+        marker_whose_type_selects_variant: Any, state: Any, lane_count: int, step_count: int, ticks_per_sample: float
     ) -> None:
         """Advance all blocks in parallel by `step_count` time steps."""
-        inner_loop(variant_marker, state, lane_count, step_count, ticks_per_sample)
+        inner_loop(marker_whose_type_selects_variant, state, lane_count, step_count, ticks_per_sample)
 
     return advance_blocks
 

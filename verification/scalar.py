@@ -18,7 +18,7 @@ G = STANDARD_GRAVITY
 def _solve_implicit_step(  # type: ignore[no-untyped-def]
     equation_matrix_workspace,
     right_side_workspace,
-    corner_arm_x,
+    lower_corner_arms_x,
     corner_arm_z,
     corner_penetrations,
     corner_tangential_spring_stretches,
@@ -45,7 +45,7 @@ def _solve_implicit_step(  # type: ignore[no-untyped-def]
         )
     for q in range(2):
         rise, along = (
-            predicted_velocity_at_step_end[1] - corner_arm_x[q] * predicted_velocity_at_step_end[2],
+            predicted_velocity_at_step_end[1] - lower_corner_arms_x[q] * predicted_velocity_at_step_end[2],
             predicted_velocity_at_step_end[0] + corner_arm_z[q] * predicted_velocity_at_step_end[2],
         )
         n, f = (
@@ -56,15 +56,15 @@ def _solve_implicit_step(  # type: ignore[no-untyped-def]
         if corner_penetrations[q] <= 0.0 or n <= 0.0:
             continue
         d = corner_dashpot_constant_per_mass + half_time_step * corner_stiffness_per_mass
-        normal, pressed = (0.0, d, -d * corner_arm_x[q]), n + d * rise
+        normal, pressed = (0.0, d, -d * lower_corner_arms_x[q]), n + d * rise
         tangent, constant = (d, 0.0, d * corner_arm_z[q]), -f + d * along
         if abs(f) > friction * n:
             sign = math.copysign(friction, f)
-            tangent, constant = (0.0, -sign * d, sign * d * corner_arm_x[q]), -sign * pressed
+            tangent, constant = (0.0, -sign * d, sign * d * lower_corner_arms_x[q]), -sign * pressed
         for row, t, m in (
             (0, 1.0, 0.0),
             (1, 0.0, 1.0),
-            (2, mass_over_moment_of_inertia * corner_arm_z[q], -mass_over_moment_of_inertia * corner_arm_x[q]),
+            (2, mass_over_moment_of_inertia * corner_arm_z[q], -mass_over_moment_of_inertia * lower_corner_arms_x[q]),
         ):
             for p in range(3):
                 equation_matrix_workspace[row, p] += half_time_step * (t * tangent[p] + m * normal[p])

@@ -148,11 +148,11 @@ def fall_rose(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.rose import fall_roses_by_group_figure
     from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, summarise_fall_axes
 
-    def draw_fall_rose(sorted_cube: "xr.Dataset") -> "Figure":
-        check_has_falls(sorted_cube, "rose")
-        groups = fall_axes_from_fault_normal_by_group(sorted_cube)
+    def draw_fall_rose(cube_of_one_element_and_amplitude: "xr.Dataset") -> "Figure":
+        check_has_falls(cube_of_one_element_and_amplitude, "rose")
+        groups = fall_axes_from_fault_normal_by_group(cube_of_one_element_and_amplitude)
         return fall_roses_by_group_figure(
-            sorted_cube, {name: summarise_fall_axes(found) for name, found in groups.items()}
+            cube_of_one_element_and_amplitude, {name: summarise_fall_axes(found) for name, found in groups.items()}
         )
 
     return _draw_figure_of_all_records_with_title(cube, draw_fall_rose)
@@ -164,9 +164,9 @@ def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.content import check_has_falls
     from overturning.figures.rose import fall_roses_by_earthquake_figure
 
-    def draw_earthquake_roses(sorted_cube: "xr.Dataset") -> "Figure":
-        check_has_falls(sorted_cube, "earthquakes")
-        return fall_roses_by_earthquake_figure(sorted_cube)
+    def draw_earthquake_roses(cube_of_one_element_and_amplitude: "xr.Dataset") -> "Figure":
+        check_has_falls(cube_of_one_element_and_amplitude, "earthquakes")
+        return fall_roses_by_earthquake_figure(cube_of_one_element_and_amplitude)
 
     return _draw_figure_of_all_records_with_title(cube, draw_earthquake_roses)
 
@@ -178,10 +178,10 @@ def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.content import check_has_falls_and_fault_normal
     from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, summarise_fall_axes
 
-    def draw_fall_alignment_by_earthquake(sorted_cube: "xr.Dataset") -> "Figure":
-        groups = fall_axes_from_fault_normal_by_group(sorted_cube)
+    def draw_fall_alignment_by_earthquake(cube_of_one_element_and_amplitude: "xr.Dataset") -> "Figure":
+        groups = fall_axes_from_fault_normal_by_group(cube_of_one_element_and_amplitude)
         summaries = {name: summarise_fall_axes(found) for name, found in groups.items()}
-        check_has_falls_and_fault_normal(sorted_cube, groups)
+        check_has_falls_and_fault_normal(cube_of_one_element_and_amplitude, groups)
         return fault_normal_alignment_figure_from_fall_axes(groups, summaries)
 
     return _draw_figure_of_all_records_with_title(cube, draw_fall_alignment_by_earthquake)
@@ -196,10 +196,12 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 
     _check_cube_has_coordinate_for_figure(cube, "orientation", "follow")
 
-    def draw_fall_alignment_by_b_over_h(sorted_cube: "xr.Dataset") -> "Figure":
-        found = alignments_with_references_by_record_group(sorted_cube, _read_intensity_measures(sorted_cube))
-        check_has_fall_alignment(sorted_cube, found)
-        return fall_alignment_by_b_over_h_figure(found, sorted_cube["b_over_h"].to_numpy())
+    def draw_fall_alignment_by_b_over_h(cube_of_one_element_and_amplitude: "xr.Dataset") -> "Figure":
+        found = alignments_with_references_by_record_group(
+            cube_of_one_element_and_amplitude, _read_intensity_measures(cube_of_one_element_and_amplitude)
+        )
+        check_has_fall_alignment(cube_of_one_element_and_amplitude, found)
+        return fall_alignment_by_b_over_h_figure(found, cube_of_one_element_and_amplitude["b_over_h"].to_numpy())
 
     return _draw_figure_of_all_records_with_title(cube, draw_fall_alignment_by_b_over_h)
 
@@ -212,13 +214,15 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
     from overturning.statistics.logistic import fit_logistic_overturning_model
 
-    def draw_outcomes_by_pga_and_pgv_ratio(sorted_cube: "xr.Dataset") -> "Figure":
-        if other := note_if_sizes_are_not_those_of_shown_stone(sorted_cube):
+    def draw_outcomes_by_pga_and_pgv_ratio(cube_of_one_element_and_amplitude: "xr.Dataset") -> "Figure":
+        if other := note_if_sizes_are_not_those_of_shown_stone(cube_of_one_element_and_amplitude):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
-        measures = _read_intensity_measures(sorted_cube)
-        check_has_outcomes_and_motion(sorted_cube, measures)
-        fit = fit_logistic_overturning_model(sorted_cube, measures)
-        return outcomes_by_pga_and_pgv_over_pga_figure(sorted_cube, measures, fit, float(sorted_cube["friction"].max()))
+        measures = _read_intensity_measures(cube_of_one_element_and_amplitude)
+        check_has_outcomes_and_motion(cube_of_one_element_and_amplitude, measures)
+        fit = fit_logistic_overturning_model(cube_of_one_element_and_amplitude, measures)
+        return outcomes_by_pga_and_pgv_over_pga_figure(
+            cube_of_one_element_and_amplitude, measures, fit, float(cube_of_one_element_and_amplitude["friction"].max())
+        )
 
     _check_cube_has_coordinate_for_figure(cube, "azimuth", "plane")
     return _draw_figure_of_all_records_with_title(cube, draw_outcomes_by_pga_and_pgv_ratio)
@@ -304,9 +308,13 @@ def _draw_figure_of_all_records_with_title(
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: no dimension record; keep it (cube.sel(record=['rinaldi'])), or draw fall_map")
-    sorted_cube = select_element_and_amplitude_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
-    figure = draw_figure(sorted_cube)
-    heading = _record_title(sorted_cube, ()) + _scene_and_element_title(sorted_cube)
+    cube_of_one_element_and_amplitude = select_element_and_amplitude_for_figures(
+        cube.assign_coords(record=range(cube.sizes["record"]))
+    )
+    figure = draw_figure(cube_of_one_element_and_amplitude)
+    heading = _record_title(cube_of_one_element_and_amplitude, ()) + _scene_and_element_title(
+        cube_of_one_element_and_amplitude
+    )
     add_title_and_legend(figure, f"{heading}\n{figure.get_suptitle()}".strip())
     return figure
 

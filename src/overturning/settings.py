@@ -86,16 +86,20 @@ class EnsembleSettings(StrictModel):
 
     @field_validator("relief")
     @classmethod
-    def _check_relief_is_within_limit(cls, relief_range: LengthRange | None) -> LengthRange | None:
+    def _check_relief_is_within_limit(cls, max_bearing_point_height_range: LengthRange | None) -> LengthRange | None:
         """Raise a ValueError if the points of a scanned base bear up to too great a height.
 
         The limit is `MAX_LOAD_BEARING_BASE_RELIEF_M`.
         """
-        if relief_range is not None and relief_range.high > MAX_LOAD_BEARING_BASE_RELIEF_M:
+        if (
+            max_bearing_point_height_range is not None
+            and max_bearing_point_height_range.high > MAX_LOAD_BEARING_BASE_RELIEF_M
+        ):
             raise ValueError(
-                f"high {relief_range.high:g} m; at most {MAX_LOAD_BEARING_BASE_RELIEF_M:g} m (the unit is the metre)"
+                f"high {max_bearing_point_height_range.high:g} m; at most {MAX_LOAD_BEARING_BASE_RELIEF_M:g} m (the "
+                f"unit is the metre)"
             )
-        return relief_range
+        return max_bearing_point_height_range
 
     @field_validator("members")
     @classmethod

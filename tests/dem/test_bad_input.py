@@ -247,7 +247,7 @@ def test_a_case_over_its_step_budget_is_marked_and_has_no_outcome() -> None:
     assert found.overturned.tolist() == [-128]
 
 
-def test_the_step_budget_of_a_case_includes_its_reruns(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reruns_with_more_steps_count_against_the_step_budget_of_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
     """A case whose energy never balances is run with 1, 4 and 16 times the steps unless its budget ends it earlier."""
     monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", -1.0)
     once = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0)).block_steps.item() / 21

@@ -271,7 +271,7 @@ def test_a_body_that_slides_for_long_is_simulated_to_its_stop(friction: float, s
     assert found.residual_slip_east.item() == pytest.approx(0.8 * residual, rel=5e-3)
 
 
-def plate_displacement_and_rotation_until_rest(
+def reference_stopping_displacement_of_sliding_plate(
     corners: np.ndarray, gyration: float, friction: float, start: np.ndarray
 ) -> np.ndarray:
     """Return the displacement (m) and rotation (rad) over which friction stops a plate with n equal loads.
@@ -323,7 +323,7 @@ def test_a_body_that_slides_and_spins_for_long_is_simulated_to_its_stop(
     found = outcomes_of_spinning_plate_by_friction(speed, spin, aspect).sel(friction=friction)
     corners = 0.25 * np.array([[1.0, aspect], [1.0, -aspect], [-1.0, -aspect], [-1.0, aspect]])
     gyration = 0.5 * np.sqrt((1.0 + aspect**2) / 12.0)
-    along, left, turned = plate_displacement_and_rotation_until_rest(
+    along, left, turned = reference_stopping_displacement_of_sliding_plate(
         corners, gyration, friction, np.array([speed, 0.0, spin])
     )
     assert found.overturned.item() == 0

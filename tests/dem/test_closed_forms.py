@@ -110,7 +110,7 @@ def test_a_squat_block_begins_to_slide_at_the_friction_threshold(friction: float
     assert onset == pytest.approx(threshold, rel=1e-3)
 
 
-def test_downward_acceleration_lowers_the_rocking_threshold() -> None:
+def test_downward_base_acceleration_lowers_the_rocking_threshold() -> None:
     # 15 % above the threshold with a_up = −0.3 g, 15 % below without.
     level = 0.85 * rocking_threshold_acceleration(0.2)
     light, heavy = (

@@ -31,7 +31,7 @@ MAX_FALL_AZIMUTH_CHANGE_DEG = 8.0
 
 
 @dataclass(frozen=True)
-class OutcomesByCase:
+class SimulatedCaseOutcomes:
     """Outcomes of cases simulated by any kernel, one row per case; for a scene one row per case and element."""
 
     overturned: np.ndarray  # −1, 0, 1 in 2-D; 0 or 1 in 3-D; missing if undecided
@@ -47,10 +47,10 @@ class OutcomesByCase:
         return self.overturned == 0
 
 
-CaseSimulator = Callable[..., OutcomesByCase]
+CaseSimulator = Callable[..., SimulatedCaseOutcomes]
 
 
-def planar_case_simulator(height: float, **options: Any) -> CaseSimulator:
+def planar_simulator_of_rotated_and_scaled_cases(height: float, **options: Any) -> CaseSimulator:
     """Return a function that simulates cases of a block or scene whose reference element has a height (m).
 
     With `leave_out` a scene case may end before its record after a fall; the peaks of standing elements are then NaN.
@@ -58,9 +58,9 @@ def planar_case_simulator(height: float, **options: Any) -> CaseSimulator:
     grid = {"b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8], **options}
     to_the_end = "model" not in grid or not grid.get("leave_out", True)
 
-    def simulate_rotated_and_scaled_cases(
+    def simulate_with_turned_azimuths_and_scaled_lengths(
         motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any
-    ) -> OutcomesByCase:
+    ) -> SimulatedCaseOutcomes:
         """Simulate the cases with azimuths rotated by `turn` degrees and lengths multiplied by `scale`."""
         azimuth = turn + np.arange(10.0, 370.0, 40.0)
         cells = simulate_as_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
@@ -71,34 +71,38 @@ def planar_case_simulator(height: float, **options: Any) -> CaseSimulator:
         ahead = azimuth.reshape(-1, *[1] * (fallen.ndim - 1))
         towards = np.where(fallen > 0, ahead, ahead + 180.0) % 360.0
         towards = np.where(fallen != 0, towards, np.nan)
-        return OutcomesByCase(*(a.ravel() for a in (fallen, towards, peak, cells["peak_slip"])))
+        return SimulatedCaseOutcomes(*(a.ravel() for a in (fallen, towards, peak, cells["peak_slip"])))
 
-    return simulate_rotated_and_scaled_cases
+    return simulate_with_turned_azimuths_and_scaled_lengths
 
 
 def body_case_simulator(strength: float, body: str | int, **options: Any) -> CaseSimulator:
     """Return a function that simulates cases of a 3-D body under a motion multiplied by `strength`."""
     grid = {"b_over_h": [0.15, 0.25, 0.35], "friction": [0.4, 0.8], **options}
 
-    def simulate_rotated_and_scaled_cases(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> OutcomesByCase:
+    def simulate_with_turned_azimuths_and_scaled_lengths(
+        motion: Motion, turn: float = 0.0, scale: float = 1.0
+    ) -> SimulatedCaseOutcomes:
         """Simulate the cases with orientations rotated by `turn` degrees and lengths multiplied by `scale`."""
         orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
         motion = motion.scaled_by(strength)
         cells = simulate_as_arrays(motion, body, orientation_deg=orientation, height=[scale * 0.6], **grid)
         assert not np.isnan(cells["peak_tilt"][cells["overturned"] != INT8_MISSING]).any()
-        return OutcomesByCase(
+        return SimulatedCaseOutcomes(
             *(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip"))
         )
 
-    return simulate_rotated_and_scaled_cases
+    return simulate_with_turned_azimuths_and_scaled_lengths
 
 
 THREE_TIER_GRID = {"model": load_shipped_scene("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
 SIMULATORS: dict[str, CaseSimulator] = {
-    "block": planar_case_simulator(0.6),
-    "block, scene kernel": planar_case_simulator(0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]),
-    "three-tier": planar_case_simulator(0.636, **THREE_TIER_GRID),
-    "three-tier, to its end": planar_case_simulator(0.636, leave_out=False, **THREE_TIER_GRID),
+    "block": planar_simulator_of_rotated_and_scaled_cases(0.6),
+    "block, scene kernel": planar_simulator_of_rotated_and_scaled_cases(
+        0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]
+    ),
+    "three-tier": planar_simulator_of_rotated_and_scaled_cases(0.636, **THREE_TIER_GRID),
+    "three-tier, to its end": planar_simulator_of_rotated_and_scaled_cases(0.636, leave_out=False, **THREE_TIER_GRID),
     "3-D rectangle": body_case_simulator(0.7, body="rectangle", aspect=[1.0, 1.5]),
     "3-D octagon": body_case_simulator(0.5, body=8, b_over_h=[0.2, 0.3, 0.4, 0.5]),
     "3-D cylinder": body_case_simulator(0.5, body="circle", b_over_h=np.arange(0.1, 0.6, 0.02)),
@@ -117,7 +121,7 @@ def strong_part_of_record_with_artificial_vertical(number: int) -> Motion:
 
 
 @cache
-def case_outcomes_and_robustness_mask(model: str, number: int) -> tuple[OutcomesByCase, np.ndarray]:
+def case_outcomes_and_robustness_mask(model: str, number: int) -> tuple[SimulatedCaseOutcomes, np.ndarray]:
     """Return a model's outcomes under a record, and a mask of the cases that ±1 % of amplitude hardly changes."""
     motion = strong_part_of_record_with_artificial_vertical(number)
     found, *others = (SIMULATORS[model](motion.scaled_by(factor)) for factor in (1.0, 0.99, 1.01))
@@ -136,12 +140,14 @@ def case_outcomes_and_robustness_mask(model: str, number: int) -> tuple[Outcomes
     return found, robust
 
 
-def allowed_peak_rotation_differences(found: OutcomesByCase) -> np.ndarray:
+def allowed_peak_rotation_differences(found: SimulatedCaseOutcomes) -> np.ndarray:
     """Return the largest allowed change of a robust case's peak rotation, over α (2-D) or in degrees (3-D)."""
     return 0.1 * found.peak_rotation + 2e-3
 
 
-def fall_direction_difference(one: OutcomesByCase, other: OutcomesByCase, turn: float = 0.0) -> np.ndarray:
+def fall_direction_difference(
+    one: SimulatedCaseOutcomes, other: SimulatedCaseOutcomes, turn: float = 0.0
+) -> np.ndarray:
     """Return the angle between fall directions, degrees, with `other` rotated back by `turn`; 0 without a fall."""
     return np.nan_to_num(np.abs((other.fall_azimuth - turn - one.fall_azimuth + 180.0) % 360.0 - 180.0))
 

@@ -297,7 +297,7 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
 
 
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])
-def test_one_step_per_sample_suffices_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
+def test_a_block_standing_on_a_rigid_contact_takes_several_planned_steps_at_once(step: float | str) -> None:
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
     soft, rigid = (
         plan_simulation(

@@ -20,23 +20,23 @@ from overturning.dem.polygon import plan as polygon
 from overturning.dem.stack import plan as stack
 
 
-class SpringTuple(NamedTuple):
-    """Named tuple that occurs twice in `ContactPairTuple`."""
+class TupleNestedTwice(NamedTuple):
+    """Named tuple that occurs twice in `NestedContactPairTuple`."""
 
     spring: float
     force: float
 
 
-class ContactPairTuple(NamedTuple):
+class NestedContactPairTuple(NamedTuple):
     """Named tuple with nested tuples, as the kernels store in rows."""
 
     depth: float
-    one: SpringTuple
-    two: SpringTuple
+    one: TupleNestedTwice
+    two: TupleNestedTwice
 
 
 class MassTuple(NamedTuple):
-    """Named tuple with one field, stored before `ContactPairTuple`."""
+    """Named tuple with one field, stored before `NestedContactPairTuple`."""
 
     mass: float
 
@@ -56,15 +56,15 @@ compiled_normalise_cosine_and_sine = njit(lambda c, s: mechanics.normalise_cosin
 compiled_rotate_cosine_and_sine = njit(lambda c, s, turn: mechanics.rotate_cosine_and_sine_by_small_angle(c, s, turn))
 compiled_clamp_magnitude = njit(lambda force, limit: mechanics.clamp_magnitude(force, limit))
 
-TUPLE_ROW_LAYOUT = TupleRowLayout(4, MassTuple, ContactPairTuple)
+TUPLE_ROW_LAYOUT = TupleRowLayout(4, MassTuple, NestedContactPairTuple)
 CONTACT_PAIR_READER_AND_WRITER = compile_tuple_reader_and_writer_for_python(
-    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(ContactPairTuple)
+    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(NestedContactPairTuple)
 )
 SECOND_SPRING_READER_AND_WRITER = compile_tuple_reader_and_writer_for_python(
-    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(ContactPairTuple, "two")
+    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(NestedContactPairTuple, "two")
 )
 READER_AND_WRITER_WITHOUT_SPRING_FIELD = compile_tuple_reader_and_writer_for_python(
-    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(ContactPairTuple, unused_fields=["spring"])
+    TUPLE_ROW_LAYOUT.tuple_reader_and_writer(NestedContactPairTuple, unused_fields=["spring"])
 )
 
 
@@ -76,7 +76,7 @@ def state_array_filled_with_indices() -> np.ndarray:
 def test_an_unused_field_that_no_tuple_of_the_layout_has_is_refused() -> None:
     """A field renamed in its tuple only would be loaded and stored again, at the cost of run time."""
     with pytest.raises(KeyError, match="springs"):
-        TUPLE_ROW_LAYOUT.tuple_reader_and_writer(ContactPairTuple, unused_fields=["spring", "springs"])
+        TUPLE_ROW_LAYOUT.tuple_reader_and_writer(NestedContactPairTuple, unused_fields=["spring", "springs"])
     TUPLE_ROW_LAYOUT.tuple_reader_and_writer(MassTuple, unused_fields=["spring"])  # a field of the other tuple only
 
 
@@ -84,24 +84,24 @@ def test_the_rows_of_the_state_array_follow_the_fields_of_named_tuples() -> None
     assert (TUPLE_ROW_LAYOUT.row_count, TUPLE_ROW_LAYOUT.array_length) == (6, 24)
     assert [
         TUPLE_ROW_LAYOUT.row_offset_of_field(MassTuple, "mass"),
-        TUPLE_ROW_LAYOUT.row_offset_of_field(ContactPairTuple, "depth"),
-        TUPLE_ROW_LAYOUT.row_offset_of_field(ContactPairTuple, "two.spring"),
+        TUPLE_ROW_LAYOUT.row_offset_of_field(NestedContactPairTuple, "depth"),
+        TUPLE_ROW_LAYOUT.row_offset_of_field(NestedContactPairTuple, "two.spring"),
     ] == [
         0,
         4,
         16,
     ]
     with pytest.raises(KeyError):
-        TUPLE_ROW_LAYOUT.row_offset_of_field(ContactPairTuple, "three")
-    assert CONTACT_PAIR_READER_AND_WRITER.load(state_array_filled_with_indices(), 1) == ContactPairTuple(
-        5.0, SpringTuple(9.0, 13.0), SpringTuple(17.0, 21.0)
+        TUPLE_ROW_LAYOUT.row_offset_of_field(NestedContactPairTuple, "three")
+    assert CONTACT_PAIR_READER_AND_WRITER.load(state_array_filled_with_indices(), 1) == NestedContactPairTuple(
+        5.0, TupleNestedTwice(9.0, 13.0), TupleNestedTwice(17.0, 21.0)
     )
-    assert SECOND_SPRING_READER_AND_WRITER.load(state_array_filled_with_indices(), 3) == SpringTuple(19.0, 23.0)
+    assert SECOND_SPRING_READER_AND_WRITER.load(state_array_filled_with_indices(), 3) == TupleNestedTwice(19.0, 23.0)
 
 
 def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
     array = state_array_filled_with_indices()
-    value = ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
+    value = NestedContactPairTuple(-1.0, TupleNestedTwice(-2.0, -3.0), TupleNestedTwice(-4.0, -5.0))
     CONTACT_PAIR_READER_AND_WRITER.store(array, 2, value)
     assert CONTACT_PAIR_READER_AND_WRITER.load(array, 2) == value
     assert np.count_nonzero(array < 0) == 5
@@ -113,15 +113,15 @@ def test_tuples_are_stored_in_and_loaded_from_the_same_rows() -> None:
 
 def test_store_unless_writes_neither_if_true_nor_omitted_fields() -> None:
     array = state_array_filled_with_indices()
-    value = ContactPairTuple(-1.0, SpringTuple(-2.0, -3.0), SpringTuple(-4.0, -5.0))
+    value = NestedContactPairTuple(-1.0, TupleNestedTwice(-2.0, -3.0), TupleNestedTwice(-4.0, -5.0))
     CONTACT_PAIR_READER_AND_WRITER.store_unless(array, 0, True, value)
     np.testing.assert_array_equal(array, state_array_filled_with_indices())
     READER_AND_WRITER_WITHOUT_SPRING_FIELD.store_unless(array, 0, False, value)
-    assert CONTACT_PAIR_READER_AND_WRITER.load(array, 0) == ContactPairTuple(
-        -1.0, SpringTuple(8.0, -3.0), SpringTuple(16.0, -5.0)
+    assert CONTACT_PAIR_READER_AND_WRITER.load(array, 0) == NestedContactPairTuple(
+        -1.0, TupleNestedTwice(8.0, -3.0), TupleNestedTwice(16.0, -5.0)
     )
-    assert READER_AND_WRITER_WITHOUT_SPRING_FIELD.load(array, 0) == ContactPairTuple(
-        -1.0, SpringTuple(0.0, -3.0), SpringTuple(0.0, -5.0)
+    assert READER_AND_WRITER_WITHOUT_SPRING_FIELD.load(array, 0) == NestedContactPairTuple(
+        -1.0, TupleNestedTwice(0.0, -3.0), TupleNestedTwice(0.0, -5.0)
     )
 
 

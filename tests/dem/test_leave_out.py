@@ -148,7 +148,7 @@ MODELS_AND_PLAN_MODULES: dict[str, tuple[Any, Any]] = {
 }
 
 
-def motion_below_rocking_threshold_with_pulse(wave: str, vertical: bool, level: float) -> Motion:
+def weak_motion_interrupted_by_strong_pulse(wave: str, vertical: bool, level: float) -> Motion:
     """Return 6 s of motion below the rocking threshold of B/H 0.3 (steps, zigzag or slow sine), with a strong pulse."""
     t, quiet = np.arange(1200) * 0.005, level * STANDARD_GRAVITY
     along = {
@@ -171,7 +171,7 @@ def test_skipping_times_at_rest_does_not_change_the_fall_of_a_body(
     """Worst case: motion just below the rest threshold, near the contact's resonance, until a strong pulse."""
     model, plan = MODELS_AND_PLAN_MODULES[name]
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
-    motion = motion_below_rocking_threshold_with_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
+    motion = weak_motion_interrupted_by_strong_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
     short = simulate_cases(model, motion, cases)
     monkeypatch.setattr(plan, "largest_acceleration_without_motion_g", lambda lifts, *_: 0.0 * lifts)
     full = simulate_cases(model, motion, cases)
@@ -191,7 +191,7 @@ def test_skipping_times_at_rest_does_not_change_the_outcome_of_a_stack(
     wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Worst case: motion just below the rest threshold. A joint with µ = 0.2 slides in a pulse and is then at rest."""
-    motion = motion_below_rocking_threshold_with_pulse(wave, vertical, 0.08)
+    motion = weak_motion_interrupted_by_strong_pulse(wave, vertical, 0.08)
     given: dict[str, Any] = {"orientation_deg": [0.0, 20.0, 40.0, 80.0], "friction": [0.2, 0.6]}
     model = Stack(load_shipped_scene("three-tier"))
     short = simulate_as_arrays(motion, model=model, **given)
@@ -208,7 +208,7 @@ def test_skipping_times_at_rest_does_not_change_the_outcome_of_a_stack(
 
 
 def test_skipping_times_at_rest_does_not_change_the_flight_of_a_fallen_stone() -> None:
-    motion = motion_below_rocking_threshold_with_pulse("slow", False, 0.05)
+    motion = weak_motion_interrupted_by_strong_pulse("slow", False, 0.05)
     case = {"orientation_deg": 0.0, "friction": 0.6, "b_over_h": 0.15}
     short, full = (
         trajectory(motion, load_shipped_scene("three-tier"), **case, aftermath=5.0, leave_out=one)
@@ -287,7 +287,7 @@ def test_rest_thresholds_of_a_scene_use_its_own_gravity(gravity: float, vertical
         assert short.block_steps[strength == level].sum() < full.block_steps[strength == level].sum()
 
 
-def test_the_overshoot_bound_of_contacts_matches_the_damped_oscillator() -> None:
+def test_contact_force_amplification_bound_matches_the_damped_oscillator() -> None:
     """Soft, lightly damped contacts amplify resonant motion, so that fewer samples are left out."""
     stiff, bare = 2e4**2, 0.02
     assert dynamic_to_static_force_ratio_upper_bound(np.array([stiff]), 6.0 / 2e4, 0.005) < 1.3

@@ -14,7 +14,7 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import Scene
 from tests.dem.compiled.polygon_steps import (
-    run_case_and_find_max_tested_pairs_per_step,
+    run_case_and_return_max_tested_pairs_and_state,
     solve_equations_and_count_nonzero_submatrices,
 )
 from tests.dem.polygon_scenes import block_element, motion_towards_north, scene_of_elements
@@ -86,7 +86,7 @@ def max_tested_pairs_per_step_and_final_state(
         NumericalOptions(leave_out=False),
     )
     chosen = np.zeros(1, np.int64)
-    most, found, _ = run_case_and_find_max_tested_pairs_per_step(
+    most, found, _ = run_case_and_return_max_tested_pairs_and_state(
         planned.kernel_input(chosen, planned.create_result_tables(1), 1), samples, sleep
     )
     return most, found

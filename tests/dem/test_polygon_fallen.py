@@ -105,7 +105,7 @@ def simulate_fall_flags_and_peak_rotations(made: Scene, motion: Motion, **keys: 
     return np.atleast_1d(found.overturned[0]), found.peak_rotation[0]
 
 
-def slab_with_leaning_sides(**keys: Any) -> Scene:
+def slab_with_sides_leaning_to_minus_x(**keys: Any) -> Scene:
     """Return a slab 2.2 m wide and 1 m high with sides leaning 30° to −x; it tips at 58.4° to −x, 70.2° to +x."""
     outline = [[-1.1, 0.0], [1.1, 0.0], [0.523, 1.0], [-1.677, 1.0]]
     return scene_of_elements(
@@ -120,9 +120,9 @@ def test_the_fall_angle_of_a_slab_with_leaning_sides_depends_on_the_side(peak: f
     push = np.zeros(1500)
     push[50:125] = peak if mirrored else -peak
     motion = Motion(push, 0 * push, sampling_interval=0.004, trust_data=True)
-    shapes = [slab_with_leaning_sides(**keys) for keys in ({}, {"fallen_rotation_deg": 100.0})]
+    shapes = [slab_with_sides_leaning_to_minus_x(**keys) for keys in ({}, {"fallen_rotation_deg": 100.0})]
     if mirrored:
-        shapes = [mirror_slab(made) for made in shapes]
+        shapes = [copy_scene_with_mirrored_slab_outline(made) for made in shapes]
     found = [simulate_single_case(made, motion, 10.0) for made in shapes]
     assert [one.status[0] for one in found] == [CaseStatus.SIMULATED] * 2
     assert found[0].overturned[0] == found[1].overturned[0] == (peak > 53.1) * (-1 if mirrored else 1)
@@ -138,7 +138,7 @@ def test_the_fall_angle_of_a_slab_with_leaning_sides_depends_on_the_side(peak: f
         np.testing.assert_array_equal(found[0].overturning_time, found[1].overturning_time)
 
 
-def mirror_slab(made: Scene) -> Scene:
+def copy_scene_with_mirrored_slab_outline(made: Scene) -> Scene:
     """Return the scene with the outline of its slab mirrored left to right."""
     slab = made.elements[1]
     assert slab.vertices is not None
@@ -267,7 +267,7 @@ def test_a_lintel_falls_when_its_pillars_move_apart() -> None:
     assert found[-0.1].overturned[0, 2] == 0
 
 
-def scene_with_slippery_plate(height: float) -> Scene:
+def scene_with_plate_knocked_out_by_hammer(height: float) -> Scene:
     """Return a block on a slippery plate on a fixed shelf, and a hammer on the ground that can knock out the plate."""
     hammer = {"name": "hammer", "kind": "driven", "width": 0.2, "height": 0.8 * height, "at": [-0.35, 0.1 * height]}
     return scene_of_elements(
@@ -283,7 +283,9 @@ def scene_with_slippery_plate(height: float) -> Scene:
 @pytest.mark.parametrize("height", [0.05, 0.03])
 def test_the_top_of_a_stack_whose_middle_slips_out_has_fallen(height: float) -> None:
     """The top drops by less than a tenth of its height: it stays upright over the thin plate, leans over the other."""
-    path = trajectory(motion_shifting_ground_by_distance(0.65, 0.3), scene_with_slippery_plate(height), azimuth_deg=0.0)
+    path = trajectory(
+        motion_shifting_ground_by_distance(0.65, 0.3), scene_with_plate_knocked_out_by_hammer(height), azimuth_deg=0.0
+    )
     top = path.sel(element="top")
     assert 0.5 * height < top["z"][0] - top["z"][-1] < 0.04
     assert abs(float(top["rotation"][-1])) < (0.01 if height == 0.03 else 0.2) < float(top["critical_angle"])
@@ -422,7 +424,7 @@ def test_a_stone_hit_by_a_falling_stone_counts_as_fallen() -> None:
     np.testing.assert_array_equal(short.overturned, full.overturned)
 
 
-def test_a_stack_trajectory_with_aftermath_goes_on_until_its_stones_lie() -> None:
+def test_aftermath_of_a_stack_trajectory_keeps_the_outcome_and_ends_at_rest() -> None:
     """A trajectory with 5 s of aftermath begins like one without it, has the same outcome, and ends at rest."""
     motion, given = near_field_motion_and_fault_component_azimuths(9)[0], {"azimuth_deg": 30.0, "friction": 0.7}
     decided, lying = (

@@ -14,7 +14,7 @@ G = 9.80665
 FRICTION = 0.5
 
 
-def sine_pulse_motion(peak: float) -> Motion:
+def motion_of_one_sine_cycle_after_rest(peak: float) -> Motion:
     """Return a sine cycle of 1 s after one quiet second."""
     time = np.arange(400) * 0.01
     north = np.where((time > 1) & (time <= 2), peak * np.sin(2 * np.pi * time), 0.0)
@@ -24,7 +24,9 @@ def sine_pulse_motion(peak: float) -> Motion:
 @pytest.fixture(scope="module", params=["gravestone", "three-tier", "against-a-wall", "boulder"])
 def scene_trajectory(request: pytest.FixtureRequest) -> xr.Dataset:
     """Provide the trajectory of a shipped scene under a pulse."""
-    return trajectory(sine_pulse_motion(6.0), load_shipped_scene(request.param), azimuth_deg=0.0, friction=FRICTION)
+    return trajectory(
+        motion_of_one_sine_cycle_after_rest(6.0), load_shipped_scene(request.param), azimuth_deg=0.0, friction=FRICTION
+    )
 
 
 def force_and_moment_on_element(scene_trajectory: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -99,7 +101,7 @@ def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_trajec
 
 
 def test_the_film_shows_forces_over_weight_at_their_points_of_action(scene_trajectory: xr.Dataset) -> None:
-    film = film_of_trajectories([scene_trajectory], sine_pulse_motion(6.0), "film")
+    film = film_of_trajectories([scene_trajectory], motion_of_one_sine_cycle_after_rest(6.0), "film")
     panel = film.panels[0]
     assert panel.contact_forces_over_weight is not None
     assert panel.contact_positions_by_frame is not None
@@ -115,8 +117,13 @@ def test_the_film_shows_forces_over_weight_at_their_points_of_action(scene_traje
     assert not panel.contact_forces_over_weight[unknown].any(), "forces are unknown after the last sample"
 
 
-def test_a_scene_that_stays_at_rest_has_no_forces() -> None:
-    path = trajectory(sine_pulse_motion(0.1), load_shipped_scene("three-tier"), azimuth_deg=0.0)
+def test_a_scene_that_stays_at_rest_has_missing_contact_forces() -> None:
+    path = trajectory(motion_of_one_sine_cycle_after_rest(0.1), load_shipped_scene("three-tier"), azimuth_deg=0.0)
     assert path["status"] == 1
     assert np.isnan(path["contact_force"]).all()
-    assert film_of_trajectories([path], sine_pulse_motion(0.1), "still").panels[0].contact_forces_over_weight is None
+    assert (
+        film_of_trajectories([path], motion_of_one_sine_cycle_after_rest(0.1), "still")
+        .panels[0]
+        .contact_forces_over_weight
+        is None
+    )

@@ -173,7 +173,7 @@ def test_a_corner_shared_by_two_pieces_of_a_stone_touches_the_ground_once() -> N
     np.testing.assert_allclose(other.peak_rotation[stands, 0], one.peak_rotation[stands, 0], rtol=1e-4)
 
 
-def test_a_stone_rests_in_the_inner_corner_of_an_l_shaped_stone() -> None:
+def test_a_stone_pushed_into_an_inner_corner_does_not_penetrate() -> None:
     """A small stone rests on the foot next to the stem, is pushed against it, and neither penetrates nor leaves."""
     small = {"name": "small", "width": 0.3, "height": 0.2, "at": [0.45 + 1e-6, 0.3], "material": "ice"}
     made = scene_of_elements(

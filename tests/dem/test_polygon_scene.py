@@ -261,7 +261,7 @@ def test_the_boulder_has_its_closed_form_critical_angle() -> None:
         ([block_element("stone", 0.3, 0.6), block_element("cap", 0.2, 0.1, "stone")], False),
     ],
 )
-def test_contact_faces_of_a_lone_block_on_wide_ground_are_never_searched(
+def test_only_a_lone_upright_rectangle_on_wide_ground_is_recognised_as_such(
     elements: list[dict[str, object]], alone: bool
 ) -> None:
     assert is_upright_rectangle_on_wide_driven_ground(place_elements(scene_of_elements(*elements))) == alone

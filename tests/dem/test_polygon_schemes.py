@@ -68,7 +68,7 @@ def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: floa
     assert found.energy_error.max() < 1e-3
 
 
-def test_a_tower_falls_and_comes_to_rest() -> None:
+def test_all_cases_of_a_tower_are_decided_and_its_top_falls_in_some() -> None:
     made = scene_of_elements(*(block_element(f"b{k}", 0.4, 0.2, f"b{k - 1}" if k else "ground") for k in range(6)))
     found = simulate_cases(made, _strong_motion(), _cases_in_twelve_azimuths(made), NumericalOptions(leave_out=False))
     assert (found.overturned[:, 5] != 0).any()

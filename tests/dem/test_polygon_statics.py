@@ -101,7 +101,9 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
 
 @pytest.mark.parametrize("b_over_h", [0.35, 0.5, 0.8])
 @pytest.mark.parametrize("height", [0.6, 1.2])
-def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: float, b_over_h: float) -> None:
+def test_a_scaled_block_on_a_slope_is_a_rectangle_with_the_expected_rocking_threshold(
+    height: float, b_over_h: float
+) -> None:
     """A block of critical angle α on a slope β tips downhill from tan(α − β) g, and rests on its whole base."""
     prepared = prepare_scene(_block_on_slope(0.2, 0.3, 0.6), height, b_over_h)
     assert prepared.no_rocking_below_acceleration_g == pytest.approx(

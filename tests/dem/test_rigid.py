@@ -21,7 +21,7 @@ from verification.reference.closed_forms import (
 G = STANDARD_GRAVITY
 
 
-def peak_rotation_under_half_sine(strength: float, frequency_ratio: float) -> float:
+def closed_form_peak_rotation_under_half_sine(strength: float, frequency_ratio: float) -> float:
     """Return the largest θ/α of a slender block under a half sine with ω = ratio · p; inf if it overturns.
 
     The amplitude is `strength` times the rocking threshold. Closed form of θ̈ = p² (θ − α + a/g) from lift-off,
@@ -45,7 +45,7 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
     motion = Motion(wave, 0 * wave, sampling_interval=period / samples, trust_data=True)
     strengths = np.linspace(1.1, 12.0, 110)
     found = simulate_rigid_rocking(motion, Cases(0.0, height, slender, 1.0, amplitude=strengths * slender * G))
-    expected = np.array([peak_rotation_under_half_sine(strength, ratio) for strength in strengths])
+    expected = np.array([closed_form_peak_rotation_under_half_sine(strength, ratio) for strength in strengths])
     falls, stands = np.isinf(expected), np.isfinite(expected)
     assert falls.sum() > 8
     assert stands.sum() > 8

@@ -294,7 +294,7 @@ def test_a_warning_names_a_face_that_an_overhanging_stone_meets_before_it_tips(
     assert touching < critical
 
 
-def test_an_outline_that_touches_is_refused_whatever_the_overhang_meets_first() -> None:
+def test_an_outline_meeting_the_face_below_is_refused_even_if_ground_is_met_first() -> None:
     """The stone meets the rim of the plate at atan(0.02/0.15) = 7.6°; on a thin plate it meets the ground at 6.6°."""
     for thickness in (0.3, 0.003):
         scene = stack_of_stones(

@@ -41,7 +41,7 @@ def stone_sizes(scene: Scene) -> np.ndarray[Any, Any]:
     return np.array([[one.width, one.depth, one.height] for one in scene.elements[1:]], float)
 
 
-def joint_opening_acceleration_ratio(scene: Scene, joint: int, angle: float) -> float:
+def horizontal_to_vertical_ratio_opening_joint(scene: Scene, joint: int, angle: float) -> float:
     """Return the horizontal over the vertical acceleration at which a joint opens, along an angle, degrees.
 
     A joint is the contact of a stone with the one below; 0 is the lowest.
@@ -62,10 +62,10 @@ def test_each_joint_opens_at_its_static_threshold(joint: int, lift: float) -> No
     The base moves north and up, `lift` times as much up; the stack is turned to each angle.
     """
     scene, angles = STACK_BY_WEAKEST_JOINT[joint], (0.0, 25.0, 90.0, 160.0)
-    ratios = np.array([joint_opening_acceleration_ratio(scene, joint, angle) for angle in angles])
+    ratios = np.array([horizontal_to_vertical_ratio_opening_joint(scene, joint, angle) for angle in angles])
     for angle, ratio in zip(angles, ratios, strict=True):
         assert ratio < 0.97 * min(
-            joint_opening_acceleration_ratio(scene, other, angle) for other in range(3) if other != joint
+            horizontal_to_vertical_ratio_opening_joint(scene, other, angle) for other in range(3) if other != joint
         )
     level = np.outer([0.98, 1.03], ratios)
     level /= 1.0 - level * lift  # from level = share · ratio · (1 + lift · level), in g
@@ -105,7 +105,7 @@ def free_rocking_velocity_ratios(scene: Scene, mass: float, arm: float, critical
 def acceleration_histories_of_joint_opening_pulse(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
     """Return north and east accelerations of 6 s: half a sine of 0.5 s that lifts the stones above a joint."""
     t = np.arange(0.0, 6.0, INTERVAL)
-    level = 1.6 * joint_opening_acceleration_ratio(scene, stone, 0.0) * GRAVITY
+    level = 1.6 * horizontal_to_vertical_ratio_opening_joint(scene, stone, 0.0) * GRAVITY
     return np.stack([np.where(t < 0.5, level * np.sin(2.0 * np.pi * t), 0.0), np.zeros(t.size)])
 
 
@@ -184,7 +184,7 @@ def test_threads_and_order_of_cases_change_no_bit_of_stack_outcomes() -> None:
         np.testing.assert_array_equal(one[name], reverse[name].sel(one[name].coords), name)
 
 
-MOTION_SEEDS_FOR_STATUE = (1, 2, 9, 10, 20, 21)
+SEEDS_OF_MOTIONS_WITH_CONVERGED_STATUE_TILTS = (1, 2, 9, 10, 20, 21)
 """Motions of the first 22 under which time steps 16 times shorter give both the same tilts within 3 %."""
 
 
@@ -194,7 +194,7 @@ def outcomes_of_statue_and_single_stone() -> list[CaseResults]:
     motions, outcomes = (
         [
             motion_from_north_and_west_accelerations(8.0 * random_horizontal_accelerations(seed))
-            for seed in MOTION_SEEDS_FOR_STATUE
+            for seed in SEEDS_OF_MOTIONS_WITH_CONVERGED_STATUE_TILTS
         ],
         [],
     )
@@ -204,7 +204,7 @@ def outcomes_of_statue_and_single_stone() -> list[CaseResults]:
     return outcomes
 
 
-@pytest.mark.parametrize("number", range(len(MOTION_SEEDS_FOR_STATUE)))
+@pytest.mark.parametrize("number", range(len(SEEDS_OF_MOTIONS_WITH_CONVERGED_STATUE_TILTS)))
 def test_a_statue_on_its_pedestal_moves_as_one_stone_while_their_joint_stays_closed(number: int) -> None:
     """A thin pedestal below a statue of the same width: the lower joint opens first, and both lean together."""
     both, one = outcomes_of_statue_and_single_stone()

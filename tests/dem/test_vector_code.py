@@ -38,12 +38,12 @@ LoopAssemblyGenerator = Callable[[], Iterator[str]]
 def create_function_yielding_loop_assembly(loop: Any, *arguments: Any) -> LoopAssemblyGenerator:
     """Return a function that compiles a loop for the types of its arguments and yields its assembly code."""
 
-    def compile_and_yield_assembly() -> Iterator[str]:
+    def compile_loop_and_yield_assembly_of_versions() -> Iterator[str]:
         """Compile the loop and yield the assembly code of each version."""
         loop.compile(tuple(typeof(value) for value in arguments))
         yield from loop.inspect_asm().values()
 
-    return compile_and_yield_assembly
+    return compile_loop_and_yield_assembly_of_versions
 
 
 UPWARD_ACCELERATION = np.zeros(8)

@@ -29,7 +29,9 @@ FILM_BASE = FilmBody(
 )
 
 
-def film_of_falling_and_rocking_block(duration: float = 4.0, title: str = "Test block", forces: bool = True) -> Film:
+def film_of_one_falling_and_one_rocking_block(
+    duration: float = 4.0, title: str = "Test block", forces: bool = True
+) -> Film:
     """Return a film of two blocks: the first falls at 2.5 s, the second rocks and stands."""
     time = np.arange(0, duration + 1e-9, 0.02)
     falls = np.clip((time - 1.0) / 1.5, 0, 1) ** 3 * math.pi / 2

@@ -200,7 +200,7 @@ def test_a_mark_at_the_rim_covers_no_compass_name() -> None:
     """A fault normal at 45° and 225° touches neither NE nor SW."""
     with use_package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
-        axes.draw_compass(1.0, {}, has_marks_at_rim=True)
+        axes.draw_compass(1.0, {}, leaves_room_for_rim_marks=True)
         mark_fault_normal(axes, 45.0)
         figure.draw_without_rendering()
     (mark,) = axes.lines

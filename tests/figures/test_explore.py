@@ -210,7 +210,7 @@ def test_explorer_time_scale_spans_falls_and_gaps_are_marked_as_not_computed() -
     assert len(known) < len(data["direction"])
 
 
-def test_explorer_page_has_title_question_and_report_of_the_study(tmp_path: Path) -> None:
+def test_explorer_page_has_title_question_and_report_link_of_the_study(tmp_path: Path) -> None:
     study = study_from_content(
         {"name": "a", "title": "Named", "question": "Where to?", "records": {"use": ["r0"]}}, "study"
     )

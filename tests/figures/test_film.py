@@ -19,7 +19,7 @@ from overturning.figures.film_movie import write_film_as_gif_or_mp4
 from overturning.figures.film_strip import film_strip_figure
 from overturning.figures.page import film_page_html, write_film_html_page
 from overturning.figures.style import use_package_matplotlib_settings
-from tests.figures.films import FILM_BASE, film_of_falling_and_rocking_block, rocking_film_block
+from tests.figures.films import FILM_BASE, film_of_one_falling_and_one_rocking_block, rocking_film_block
 
 
 def unpack_film_numbers(packed: dict[str, Any]) -> np.ndarray:
@@ -28,7 +28,7 @@ def unpack_film_numbers(packed: dict[str, Any]) -> np.ndarray:
 
 
 def test_positions_and_rotations_survive_packing_into_the_page() -> None:
-    film = film_of_falling_and_rocking_block()
+    film = film_of_one_falling_and_one_rocking_block()
     for panel, data in zip(film.panels, film.player_data()["panels"], strict=True):
         body, packed = panel.bodies[1], data["bodies"][1]
         assert unpack_film_numbers(packed["position"]).reshape(-1, 2) == pytest.approx(
@@ -47,7 +47,7 @@ def test_positive_rotation_in_a_film_turns_towards_the_right() -> None:
 
 
 def test_film_view_contains_all_free_bodies() -> None:
-    left, right, bottom, top = extent_of_free_2d_bodies_with_margin(film_of_falling_and_rocking_block())
+    left, right, bottom, top = extent_of_free_2d_bodies_with_margin(film_of_one_falling_and_one_rocking_block())
     assert left < -0.12
     assert 0.12 + 0.6 < right < 2, "the fallen block lies to the right of its corner, and the wide base does not count"
     assert bottom < 0 < 0.6 < top
@@ -55,7 +55,7 @@ def test_film_view_contains_all_free_bodies() -> None:
 
 def test_film_page_is_small_reproducible_and_self_contained(tmp_path: Path) -> None:
     for name in ("a.html", "b.html"):
-        write_film_html_page(film_of_falling_and_rocking_block(duration=30.0), tmp_path / name)
+        write_film_html_page(film_of_one_falling_and_one_rocking_block(duration=30.0), tmp_path / name)
     page = (tmp_path / "a.html").read_bytes()
     assert page == (tmp_path / "b.html").read_bytes()
     assert len(page) < 300_000
@@ -88,7 +88,7 @@ def test_films_without_panels_or_with_non_finite_poses_are_refused() -> None:
 @pytest.mark.long
 def test_gif_has_the_frames_of_the_film(tmp_path: Path) -> None:
     for name in ("a.gif", "b.gif"):
-        write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(duration=0.9), tmp_path / name)
+        write_film_as_gif_or_mp4(film_of_one_falling_and_one_rocking_block(duration=0.9), tmp_path / name)
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
     with Image.open(tmp_path / "a.gif") as picture:
         assert picture.n_frames == 46
@@ -104,7 +104,7 @@ LONG_OUTCOME = "2 of 3 fall: shaft falls towards N32°E at 2.22 s; upper-base fa
 
 def film_with_long_outcome(duration: float) -> Film:
     """Return two panels; the outcome of the second is longer than a panel is wide."""
-    film = film_of_falling_and_rocking_block(duration=duration)
+    film = film_of_one_falling_and_one_rocking_block(duration=duration)
     return replace(film, panels=(film.panels[0], replace(film.panels[1], outcome_sentence=LONG_OUTCOME)))
 
 
@@ -130,7 +130,7 @@ def test_a_long_outcome_is_broken_into_lines_in_a_movie(tmp_path: Path, monkeypa
 def test_a_movie_shows_the_vertical_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The lowest curve is that of the vertical motion; the flat line of no motion along the azimuth is above it."""
     monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)  # slow, and places matter little here
-    panel = film_of_falling_and_rocking_block(duration=0.0).panels[0]
+    panel = film_of_one_falling_and_one_rocking_block(duration=0.0).panels[0]
     up = np.array([0.0, 3.0, -3.0, 3.0, 0.0])
     shaken = replace(
         panel, horizontal_base_acceleration=0.0 * up, vertical_base_acceleration=up, acceleration_sampling_interval=2e-4
@@ -155,20 +155,20 @@ def test_a_long_outcome_is_broken_into_lines_in_a_strip() -> None:
 def test_mp4_is_written_or_the_error_names_ffmpeg(tmp_path: Path) -> None:
     if shutil.which("ffmpeg") is None:
         with pytest.raises(MissingDataError, match="ffmpeg"):
-            write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(duration=0.4), tmp_path / "a.mp4")
+            write_film_as_gif_or_mp4(film_of_one_falling_and_one_rocking_block(duration=0.4), tmp_path / "a.mp4")
         assert not list(tmp_path.iterdir())
         return
-    write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(duration=0.4), tmp_path / "a.mp4")
+    write_film_as_gif_or_mp4(film_of_one_falling_and_one_rocking_block(duration=0.4), tmp_path / "a.mp4")
     assert os.path.getsize(tmp_path / "a.mp4") > 1000
 
 
 def test_movie_files_other_than_gif_and_mp4_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="avi"):
-        write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(duration=0.4), tmp_path / "a.avi")
+        write_film_as_gif_or_mp4(film_of_one_falling_and_one_rocking_block(duration=0.4), tmp_path / "a.avi")
 
 
 def test_title_of_a_film_cannot_end_the_script_of_its_page() -> None:
     page = film_page_html(
-        film_of_falling_and_rocking_block(duration=0.4, title="</script><script>window.hurt = 1</script>")
+        film_of_one_falling_and_one_rocking_block(duration=0.4, title="</script><script>window.hurt = 1</script>")
     )
     assert "<script>window.hurt" not in page

@@ -347,7 +347,7 @@ def test_film_body_of_a_box_has_six_outward_faces() -> None:
         assert np.cross(b - a, c - b) @ corners[list(face)].mean(axis=0) > 0
 
 
-def test_corners_of_a_3d_body_start_on_the_base_and_end_at_the_fall(
+def test_filmed_3d_body_stays_on_the_base_and_falls_to_its_azimuth(
     trajectories_of_falling_and_standing_body: list, pulse_along_oblique_azimuth: Motion
 ) -> None:
     film = film_of_trajectories(trajectories_of_falling_and_standing_body, pulse_along_oblique_azimuth, "title")

@@ -25,7 +25,7 @@ from overturning.model.body import Body
 from overturning.model.planes import PlanarModel
 from overturning.model.scene import gravestone, load_scene
 from overturning.model.shapes import shape_from_name_or_sides
-from tests.figures.films import film_of_falling_and_rocking_block
+from tests.figures.films import film_of_one_falling_and_one_rocking_block
 
 
 def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
@@ -33,7 +33,7 @@ def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
 
     The second one rotates by 0.1 e⁻ᵗ sin 2πt, that is by 0.05 at 0.1 s.
     """
-    film = film_of_falling_and_rocking_block()
+    film = film_of_one_falling_and_one_rocking_block()
     times, names = film_strip_frame_times_and_captions(film)
     assert names == STRIP_CAPTIONS_SOME_FALL, "the other block does not lie at the end"
     assert times == pytest.approx([0.0, 0.1, 2.1, film.last_frame_time], abs=0.021)
@@ -46,7 +46,7 @@ def test_film_strip_shows_the_times_of_uplift_and_fall() -> None:
 
 def test_film_strip_of_a_standing_stone_shows_its_largest_rotation() -> None:
     times, names = film_strip_frame_times_and_captions(
-        Film("stands", 0.0, 0.02, film_of_falling_and_rocking_block().panels[1:])
+        Film("stands", 0.0, 0.02, film_of_one_falling_and_one_rocking_block().panels[1:])
     )
     assert names == STRIP_CAPTIONS_NONE_FALL
     # The largest of e⁻ᵗ sin 2πt is where tan 2πt = 2π.
@@ -54,7 +54,7 @@ def test_film_strip_of_a_standing_stone_shows_its_largest_rotation() -> None:
 
 
 def test_film_strip_columns_show_the_body_at_the_times_of_their_captions() -> None:
-    film = film_of_falling_and_rocking_block()
+    film = film_of_one_falling_and_one_rocking_block()
     with use_package_matplotlib_settings():
         figure = film_strip_figure(film)
     assert len(figure.axes) == 8

@@ -34,7 +34,7 @@ from overturning.statistics.fragility import FittedFragilityCurve
 from overturning.translation import texts
 from overturning.translation.texts import MissingDataError, use_translation_language
 from tests.figures import test_answer_figures as answers
-from tests.figures.films import film_of_falling_and_rocking_block, trajectory_of_3d_body
+from tests.figures.films import film_of_one_falling_and_one_rocking_block, trajectory_of_3d_body
 from tests.figures.test_explore import random_3d_cube
 from tests.figures.test_further_figures import (
     FUNCTIONS_MAKING_FIGURES_BY_NAME,
@@ -100,7 +100,7 @@ FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FUNCTIONS_MAKING_FIGURES
     "axis": lambda: tilt_path_and_hodographs_figure(
         trajectory_of_3d_body(motion_with_one_pulse()), motion_with_one_pulse(), "Station"
     ),
-    "strip": lambda: film_strip_figure(film_of_falling_and_rocking_block()),
+    "strip": lambda: film_strip_figure(film_of_one_falling_and_one_rocking_block()),
     "fragility": draw_fragility_curves,
     "scenes": lambda: scenes_figure([gravestone()]),
     "posterior": draw_motion_posterior,
@@ -188,11 +188,11 @@ def test_warnings_other_than_missing_glyphs_are_passed_on(tmp_path: Path) -> Non
     figure = figure_showing_text("川")
     draw = figure.draw
 
-    def draw_with_warning(renderer: object) -> None:
+    def draw_after_unrelated_warning(renderer: object) -> None:
         warnings.warn("something else", UserWarning, stacklevel=1)
         draw(renderer)  # type: ignore[arg-type]
 
-    figure.draw = draw_with_warning  # type: ignore[method-assign]
+    figure.draw = draw_after_unrelated_warning  # type: ignore[method-assign]
     with use_package_matplotlib_settings(), pytest.warns(UserWarning, match="something else"):
         save_figure_files(figure, tmp_path / "a.svg")
 
@@ -230,7 +230,7 @@ def test_japanese_lines_break_anywhere_but_not_before_a_full_stop() -> None:
 
 
 def test_film_page_in_japanese_has_no_english_word(tmp_path: Path) -> None:
-    film = film_of_falling_and_rocking_block(
+    film = film_of_one_falling_and_one_rocking_block(
         title="A stone 24 cm wide and 60 cm high, friction 0.7, under the record of Station, Quake"
     )
     with use_translation_language("ja"):
@@ -249,14 +249,14 @@ def test_film_page_in_japanese_has_no_english_word(tmp_path: Path) -> None:
 def test_movie_in_japanese_uses_a_japanese_font(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if texts.installed_fonts_of_language("ja"):
         with use_translation_language("ja"):
-            write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(0.0), tmp_path / "a.gif")
+            write_film_as_gif_or_mp4(film_of_one_falling_and_one_rocking_block(0.0), tmp_path / "a.gif")
         assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF")
     monkeypatch.setitem(texts.FONT_PACKAGE_AND_NAMES_BY_LANGUAGE, "ja", ("fonts-noto-cjk", ("No such font",)))
     with use_translation_language("ja"), pytest.raises(MissingDataError, match="fonts-noto-cjk"):
-        write_film_as_gif_or_mp4(film_of_falling_and_rocking_block(0.0), tmp_path / "b.gif")
+        write_film_as_gif_or_mp4(film_of_one_falling_and_one_rocking_block(0.0), tmp_path / "b.gif")
     with pytest.raises(MissingDataError, match=r"^c\.gif: .*fonts-noto-cjk"):
         write_film_as_gif_or_mp4(
-            replace(film_of_falling_and_rocking_block(0.0), title="上野, 熊本地震"), tmp_path / "c.gif"
+            replace(film_of_one_falling_and_one_rocking_block(0.0), title="上野, 熊本地震"), tmp_path / "c.gif"
         )
 
 
@@ -266,7 +266,7 @@ def test_a_japanese_title_of_an_english_gif_film_is_legible(tmp_path: Path) -> N
     with warnings.catch_warnings(action="error"):
         for name in ("一", "川"):
             write_film_as_gif_or_mp4(
-                replace(film_of_falling_and_rocking_block(0.0), title=name), tmp_path / f"{name}.gif"
+                replace(film_of_one_falling_and_one_rocking_block(0.0), title=name), tmp_path / f"{name}.gif"
             )
     assert (tmp_path / "一.gif").read_bytes() != (tmp_path / "川.gif").read_bytes()
 

@@ -44,7 +44,7 @@ def cube_of_one_record_from_fall_shares(
     )
 
 
-def fall_shares_of_cells_and_opposite_azimuths(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
+def towards_and_away_fall_shares_from_cells(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Return shares of runs that fall towards and away, (azimuth, ring), from given cells and their mirror images.
 
     A cell is (azimuth, ring, share towards, share away); a ring is the index of a B/H.
@@ -97,7 +97,7 @@ def grey_level(pixels: np.ndarray) -> np.ndarray:
 def test_map_cell_with_falls_only_away_from_its_azimuth_is_white_not_hatched() -> None:
     """Cells of which 20 to 50 % of the runs fall to the other side are white; cells that stand are hatched."""
     shares = {60: 0.2, 90: 0.35, 120: 0.4, 150: 0.5}
-    cells = fall_shares_of_cells_and_opposite_azimuths(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
+    cells = towards_and_away_fall_shares_from_cells(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
     figure = make_figure_and_draw_its_pixels(
         lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(*cells), "A")
     )
@@ -115,7 +115,7 @@ def test_map_cell_with_falls_only_away_from_its_azimuth_is_white_not_hatched() -
 
 
 def test_cells_with_different_outcomes_differ_in_greyscale_print() -> None:
-    cells = fall_shares_of_cells_and_opposite_azimuths((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
+    cells = towards_and_away_fall_shares_from_cells((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
     figure = make_figure_and_draw_its_pixels(
         lambda: fall_map_by_azimuth_figure(cube_of_one_record_from_fall_shares(*cells), "A")
     )
@@ -137,7 +137,7 @@ def test_map_cell_is_white_if_the_block_falls_but_no_run_of_its_ensemble_does() 
     flags[2, 1], flags[8, 1] = 1, -1
     figure = make_figure_and_draw_its_pixels(
         lambda: fall_map_by_azimuth_figure(
-            cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths(), flags), "A"
+            cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells(), flags), "A"
         )
     )
     fell, stands = (
@@ -150,7 +150,7 @@ def test_map_cell_is_white_if_the_block_falls_but_no_run_of_its_ensemble_does() 
 
 
 def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale() -> None:
-    towards, away = fall_shares_of_cells_and_opposite_azimuths()
+    towards, away = towards_and_away_fall_shares_from_cells()
     towards[[2, 8], 1] = away[[2, 8], 1] = np.nan
     flags = np.where(np.isnan(towards), np.nan, 0.0)
     figure = make_figure_and_draw_its_pixels(
@@ -166,7 +166,7 @@ def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale()
 
 def test_map_is_blank_where_nothing_was_computed() -> None:
     """The hole within B/H 0.1 is blank, and so are azimuths other than 0° to 90° and 180° to 270°."""
-    part = cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths()).isel(azimuth=slice(0, 4))
+    part = cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells()).isel(azimuth=slice(0, 4))
     figure = make_figure_and_draw_its_pixels(lambda: fall_map_by_azimuth_figure(part, "A"))
     assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 140, 0.4)).min() > 0.99
     assert grey_level(rgb_pixels_in_radially_outer_half_of_map_cell(figure, 30, 0.4)).max() < 0.95
@@ -179,7 +179,7 @@ def test_map_is_blank_where_nothing_was_computed() -> None:
     assert "no outcome" not in legend
     whole = make_figure_and_draw_its_pixels(
         lambda: fall_map_by_azimuth_figure(
-            cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths()), "A"
+            cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells()), "A"
         )
     )
     assert not any("azimuths" in text.get_text() for text in whole.legends[0].get_texts())
@@ -230,7 +230,7 @@ def test_half_probability_line_is_of_summed_probability_of_both_sides() -> None:
     for away, inside in ((0.3, True), (0.1, False)):
         figure = make_figure_in_project_style(
             lambda away=away: fall_map_by_azimuth_figure(
-                cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths((60, 1, 0.3, away))),
+                cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells((60, 1, 0.3, away))),
                 "A",
             )
         )
@@ -263,7 +263,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     """0.8 m/s along 60° and 0.4 m/s across it: the rim is 1 m/s, so the line reaches 0.8 and 0.4 of the radius."""
     azimuth = np.arange(0.0, 180.0, 30.0)
     peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
-    cube = cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths())
+    cube = cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells())
     figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
     for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         (line,) = [one for one in axes.lines if one.get_path_effects()]
@@ -282,7 +282,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
 def test_maps_of_compared_records_share_radius_colour_bar_and_heading() -> None:
     """One record overturns blocks up to B/H 0.2, the other up to 0.6; both maps end at the same B/H."""
     small, large = (
-        cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths((0, ring, 0.9, 0.0)))
+        cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells((0, ring, 0.9, 0.0)))
         for ring in (0, 2)
     )
     named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
@@ -299,7 +299,7 @@ def test_maps_of_compared_records_share_radius_colour_bar_and_heading() -> None:
 
 def test_records_without_a_station_are_named_by_their_ids() -> None:
     """Maps and explorer name two pulses of one shape, which have no station, by their ids."""
-    one = cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths((0, 2, 0.9, 0.0)))
+    one = cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells((0, 2, 0.9, 0.0)))
     text = {"station": "", "event": "sine pulse"}
     pulses = [one.assign_coords(text | {"record_id": name}) for name in ("short", "long")]
     figure = make_figure_in_project_style(lambda: fall_map_by_azimuth_figure(pulses, "Two pulses"))
@@ -356,9 +356,9 @@ def test_stouter_arrow_is_outside_the_rim_and_points_outward(free: float) -> Non
 
 
 def test_map_marks_the_direction_away_from_the_epicentre_if_it_is_known() -> None:
-    one = cube_of_one_record_from_fall_shares(
-        *fall_shares_of_cells_and_opposite_azimuths((0, 1, 0.9, 0.0))
-    ).assign_coords(fault_normal=30.0)
+    one = cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells((0, 1, 0.9, 0.0))).assign_coords(
+        fault_normal=30.0
+    )
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     for known in (False, True):
         cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
@@ -375,7 +375,7 @@ def test_map_marks_the_direction_away_from_the_epicentre_if_it_is_known() -> Non
 
 @pytest.mark.parametrize("step", [1, 3])
 def test_polar_map_cells_are_fine_arcs_and_the_panel_is_80_to_120_mm_wide(step: int) -> None:
-    one = cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths((0, 1, 0.9, 0.0))).isel(
+    one = cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells((0, 1, 0.9, 0.0))).isel(
         azimuth=slice(None, None, step)
     )
     figure = make_figure_and_lay_it_out(lambda: fall_map_by_azimuth_figure(one, "A"))
@@ -393,7 +393,7 @@ def test_polar_map_cells_are_fine_arcs_and_the_panel_is_80_to_120_mm_wide(step: 
 def test_map_ends_at_the_first_b_over_h_without_falls_and_labels_avoid_falls() -> None:
     with use_package_matplotlib_settings():
         figure = fall_map_by_azimuth_figure(
-            cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths((0, 0, 0.9, 0.0))), "A"
+            cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells((0, 0, 0.9, 0.0))), "A"
         )
         assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
         plt.close(figure)
@@ -462,11 +462,11 @@ def test_innermost_ring_of_a_map_is_drawn_if_b_over_h_values_are_far_apart() -> 
     assert not any(text.startswith("not computed") for text in legend), "there is no hole"
 
 
-def test_map_extends_to_a_fall_at_the_largest_b_over_h_if_its_ensemble_stands() -> None:
+def test_map_includes_a_nominal_fall_at_the_largest_b_over_h_if_all_its_ensemble_stands() -> None:
     """Regression: the map ended before a case that falls at the largest B/H while all of its ensemble stands."""
     flags = np.zeros((AZIMUTHS_DEG.size, 3))
     flags[3, 2], flags[9, 2] = 1, -1
-    wide = cube_of_one_record_from_fall_shares(*fall_shares_of_cells_and_opposite_azimuths((90, 0, 0.0, 0.5)), flags)
+    wide = cube_of_one_record_from_fall_shares(*towards_and_away_fall_shares_from_cells((90, 0, 0.0, 0.5)), flags)
     with use_package_matplotlib_settings():
         assert fall_map_by_azimuth_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
         plt.close("all")

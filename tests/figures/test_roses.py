@@ -91,7 +91,7 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
     assert "from north" in figure.axes[0].get_title()
 
 
-def test_rose_of_3d_falls_shows_axes_only_if_a_fault_normal_is_known() -> None:
+def test_rose_of_3d_falls_is_folded_to_axes_only_with_a_fault_normal() -> None:
     one = random_3d_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
     assert fall_rose_of_all_records(one).mean_fall_share_by_sector.size == ROSE_SECTOR_COUNT
     assert fall_rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial

@@ -16,7 +16,7 @@ from overturning.study.convergence import (
     RigidComparison,
 )
 
-COUNTS_OF_CHANGED_CASES = {
+OUTCOME_CHANGE_COUNTS_OF_RERUN = {
     "cases": 100, "flags": 4, "fallen": 50, "sides": 5, "unanswered": 2, "cases_with_agreeing_members": 80,
     "falls_in_one_only_if_members_agree": 1,
     "different_fall_sides_if_members_agree": 3, "falls_in_both_if_members_agree": 40,
@@ -37,8 +37,8 @@ def test_interval_of_a_share_is_that_of_wilson() -> None:
 
 
 def test_finer_stiffer_and_rigid_computations_give_shares_of_changed_cases() -> None:
-    one = OutcomeChangesOfElement(element="", **COUNTS_OF_CHANGED_CASES)
-    rigid = RigidComparison(element="", non_sliding_block_cells=102, **COUNTS_OF_CHANGED_CASES)
+    one = OutcomeChangesOfElement(element="", **OUTCOME_CHANGE_COUNTS_OF_RERUN)
+    rigid = RigidComparison(element="", non_sliding_block_cells=102, **OUTCOME_CHANGE_COUNTS_OF_RERUN)
     found = ConvergenceCheckResult(
         seed=1, wanted_case_count=100, rerun_case_count=102, rerun_cases_at_rest=0, study_cell_count=1000,
         simulated_study_cell_count=500, study_block_steps=1, max_cost_relative_to_study=1.0, time_step_refinement=8,

@@ -79,7 +79,7 @@ def make_and_check_explorer_page_of_cube(path: Path) -> None:
         study_of_cube(opened), record_sources(opened), record_sources_and_processing_by_id(opened)
 
 
-def error_of_reading_in_child_process(read: Callable[[], Any]) -> str:
+def unexpected_error_or_crash_of_reader_in_child(read: Callable[[], Any]) -> str:
     """Call a reader in a child process, which a damaged file may crash; return its unexpected error, if any."""
     receiver, sender = os.pipe()
     child = os.fork()
@@ -106,7 +106,7 @@ def test_a_corrupted_cube_raises_no_unexpected_python_error(
         path.write_bytes(case[1])
         if case[0]:
             append_checksum(path)
-        said = error_of_reading_in_child_process(lambda: make_and_check_explorer_page_of_cube(path))
+        said = unexpected_error_or_crash_of_reader_in_child(lambda: make_and_check_explorer_page_of_cube(path))
         # The library of HDF5 itself may fall over a file that was made to; a process of ours falls with it.
         assert said in ("", "signal 11", "signal 6"), said
 
@@ -140,7 +140,7 @@ def test_a_cube_with_unexpected_content_is_read_or_refused_plainly(
         else:
             changed.attrs[name] = value
         changed.drop_encoding().to_netcdf(path, engine="netcdf4")
-        said = error_of_reading_in_child_process(lambda: make_and_check_explorer_page_of_cube(path))
+        said = unexpected_error_or_crash_of_reader_in_child(lambda: make_and_check_explorer_page_of_cube(path))
         assert said == "", f"{case[:2]}: {said}"
 
     def convert_yaml_to_json(value: bytes) -> str:

@@ -86,5 +86,5 @@ def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:
 def test_the_weight_of_a_plane_is_half_the_gap_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
     """Weights, by hand, are shares of the 180° of all planes; the last plane and the first are neighbours."""
     np.testing.assert_allclose(
-        plane_weights_by_azimuth_spacing(planes, divide_gaps_between_neighbours=True), weights, rtol=1e-12
+        plane_weights_by_azimuth_spacing(planes, divide_uncomputed_gaps_between_neighbours=True), weights, rtol=1e-12
     )

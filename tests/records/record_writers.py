@@ -8,7 +8,7 @@ import numpy as np
 HEADER_TEMPLATE_FOLDER = Path(__file__).parent / "headers"
 
 
-def header_text_of_format(form: str, samples, interval: float, **more) -> str:
+def format_header_filled_from_template(form: str, samples, interval: float, **more) -> str:
     """Return the header of a format, filled in with the samples, the sampling interval and further values."""
     n, extreme = samples.size, samples[np.abs(samples).argmax()]
     stated = {"n": n, "interval": interval, "seconds": n * interval, "last": (n - 1) * interval, "extreme": extreme}
@@ -39,7 +39,7 @@ def knet_text(
     gal = (counts - counts.mean()) * (float(scale[0]) / float(scale[1]))
     stated = {"direction": direction, "rate": rate, "station": station, "scale": scale, "magnitude": magnitude}
     stated |= {"origin": recorded - timedelta(seconds=20), "recorded": recorded, "memo": memo}
-    text = header_text_of_format("knet", gal, interval, **stated)
+    text = format_header_filled_from_template("knet", gal, interval, **stated)
     for row in range(0, counts.size, 8):
         text += "".join(f"{value:>9d}" for value in counts[row : row + 8]) + "\n"
     return text
@@ -84,7 +84,7 @@ def geonet_text(components: dict, interval: float, *, corrected=True, prepended=
             40, 0, of_start | {27: (bearing,), 31: (prepended,), 33: counts}
         )
         real = list_of_header_numbers_with_known_values(60, 0.0, {14: (magnitude,), 24: (interval, interval)})
-        text += header_text_of_format(
+        text += format_header_filled_from_template(
             "geonet", samples, interval, axis=axis, kind=kind, unit=unit if corrected else raw
         )
         text += fixed_width_columns(whole, 8, 0, 10)
@@ -103,7 +103,9 @@ def csmip_text(channels: dict, rate: int, *, volume: int = 1, old_agency: str = 
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
         n = samples.size
-        text += header_text_of_format(form, samples, 1 / rate, number=number, axis=axis, rate=rate, agency=old_agency)
+        text += format_header_filled_from_template(
+            form, samples, 1 / rate, number=number, axis=axis, rate=rate, agency=old_agency
+        )
         text += fixed_width_columns(list_of_header_numbers_with_known_values(100, -999, {26: (azimuth, n)}), 5, 0, 16)
         if volume == 1:
             text += fixed_width_columns([0.0] * 50, 10, 6, 8)
@@ -123,7 +125,7 @@ def time_acceleration_pairs_text(channels: dict, interval: float, form: str, **m
     text = ""
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
-        text += header_text_of_format(
+        text += format_header_filled_from_template(
             form, samples, interval, number=number, axis=axis, g=samples[np.abs(samples).argmax()] / 10, **more
         )
         whole = list_of_header_numbers_with_known_values(100, 0, {26: (azimuth, samples.size)})
@@ -152,7 +154,9 @@ def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "
         real = list_of_header_numbers_with_known_values(
             100, -999.0, {0: (34.046, -117.035), 12: (4.8,), 29: (4.4,), 61: about}
         )
-        text += header_text_of_format("cosmos", samples, interval, number=number, axis=axis, kind=kind, unit=word)
+        text += format_header_filled_from_template(
+            "cosmos", samples, interval, number=number, axis=axis, kind=kind, unit=word
+        )
         text += fixed_width_columns(whole, 8, 0, 10)
         text += " 100 Real-header values follow on  17 lines, Format= (6F13.6)\n" + fixed_width_columns(real, 13, 6, 6)
         text += '   1 Comment line(s) follow, each starting with a "|":\n| a comment\n'
@@ -176,7 +180,7 @@ def smc_text(
     )
     known = {1: (rate,), 5: (7.1,), 10: (37.728, longitude), 28: (1.0, samples.max(), 2.0, samples.min())}
     real = list_of_header_numbers_with_known_values(50, 1.7e38, known)
-    lines = header_text_of_format("smc", samples, 1 / rate, kind=kind, axis=axis).splitlines()
+    lines = format_header_filled_from_template("smc", samples, 1 / rate, kind=kind, axis=axis).splitlines()
     text = "".join(f"{line:<80}\n" for line in lines) + fixed_width_columns(whole, 10, 0, 8)
     text += "".join("".join(f"{v:15.7E}" for v in real[i : i + 5]) + "\n" for i in range(0, 50, 5))
     text += "|" + " " * 79 + "\n|a comment\n"
@@ -188,7 +192,7 @@ def peer_text(samples, interval: float, axis: str, *, header: str = "new") -> st
     """Text of a PEER AT2 file of samples in g, with the new header or one of the two old ones."""
     samples = np.asarray(samples, dtype=float)
     words = [f"{v:15.7E}" for v in samples]
-    stated = header_text_of_format(
+    stated = format_header_filled_from_template(
         f"peer-{header}", samples, interval, axis=axis, short=f"{interval:.5f}".replace("0.0", ".0")
     )
     return stated + "".join("".join(words[i : i + 5]) + "\n" for i in range(0, samples.size, 5))
@@ -197,4 +201,6 @@ def peer_text(samples, interval: float, axis: str, *, header: str = "new") -> st
 def esm_text(samples, interval: float, stream: str) -> str:
     """Text of an ESM file (DYNA 1.2) of samples in cm/s²."""
     samples = np.asarray(samples, dtype=float)
-    return header_text_of_format("esm", samples, interval, stream=stream) + "".join(f"{v:.6f}\n" for v in samples)
+    return format_header_filled_from_template("esm", samples, interval, stream=stream) + "".join(
+        f"{v:.6f}\n" for v in samples
+    )

@@ -94,7 +94,7 @@ def test_a_different_motion_is_not_reported_as_a_copy(name):
     )
 
 
-def test_the_correlation_of_two_records_is_computed_over_the_whole_motion():
+def test_correlation_of_a_motion_with_a_mixture_matches_closed_form():
     """The correlation of a with a + s b is 1/√(1 + s²) for orthogonal motions a and b."""
     other = np.array(OTHER_NORTH_AND_EAST) - np.array([NORTH, EAST]) * (
         np.vdot([NORTH, EAST], OTHER_NORTH_AND_EAST) / np.vdot([NORTH, EAST], [NORTH, EAST])

@@ -85,7 +85,7 @@ def test_every_text_format_gives_its_samples_and_header_fields(tmp_path, form):
     up = (
         None
         if "up" in written.expected_record_fields
-        else SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION[2] * written.smallest_sample_step * written.unit_m_s2
+        else SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION[2] * written.smallest_sample_increment * written.unit_m_s2
     )
     assert_components(
         record, *written.expected_north_east(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION[:2]), up, rtol=1e-8
@@ -733,7 +733,7 @@ def test_epicentre_with_sign_and_letter_is_read_and_out_of_range_omitted(tmp_pat
         assert write_files_and_read_record(tmp_path, spoilt).extra.get("event_longitude") == longitude
 
 
-def test_unam_start_time_is_counted_from_the_day_of_the_earthquake(tmp_path):
+def test_unam_start_may_be_on_the_day_before_or_after_the_origin(tmp_path):
     late = unam_text({"N00E": A, "N90E": B}, first="00:00:03").replace("07:19:10.0", "23:59:50.0")
     assert write_files_and_read_record(tmp_path, late).start == "1995-09-15T00:00:03Z"
     memory = unam_text({"N00E": A, "N90E": B}, first="23:59:58").replace("07:19:10.0", "00:00:07.0")

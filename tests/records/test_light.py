@@ -16,7 +16,7 @@ from overturning.records.read import read_record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 record = process_record(read_record(read_record_table({str(DEFAULT_RECORD_TABLE_PATH)!r})["rinaldi"], Path()), None)
 """
-STORING_CODE = """
+MOTION_FILE_ROUND_TRIP_CODE = """
 import tempfile
 with tempfile.TemporaryDirectory() as folder:
     write_record_to_motion_file(record, Path(folder) / "motion.nc")
@@ -30,7 +30,9 @@ CODE_PRINTING_IMPORTED_PACKAGES = "import sys\nprint(*sorted({m.split('.')[0] fo
 @pytest.fixture(scope="module")
 def packages_imported_by_reading_and_storing() -> list[set[str]]:
     """Packages that a new process has imported after it has read a record, and after it has stored it."""
-    code = READING_CODE + CODE_PRINTING_IMPORTED_PACKAGES + STORING_CODE + CODE_PRINTING_IMPORTED_PACKAGES
+    code = (
+        READING_CODE + CODE_PRINTING_IMPORTED_PACKAGES + MOTION_FILE_ROUND_TRIP_CODE + CODE_PRINTING_IMPORTED_PACKAGES
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return [set(line.split()) for line in done.stdout.splitlines()]
 

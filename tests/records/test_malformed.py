@@ -204,7 +204,7 @@ def test_a_folder_or_missing_file_in_place_of_a_record_is_refused(tmp_path):
         read_record_without_processing(tmp_path / f"{'x' * 300}.V2A")
 
 
-def test_the_error_names_an_unreadable_file(tmp_path, monkeypatch):
+def test_reading_without_permission_gives_record_error(tmp_path, monkeypatch):
     path = tmp_path / "x.V2A"
     path.write_text("x")
 

@@ -365,7 +365,7 @@ def test_the_depth_in_the_stationxml_identifies_a_borehole(tmp_path, depth, sens
         (("HHN", "HHE"), {"HHN": (0, 0), "HHE": (90, 0)}, ["is of a velocity sensor by its code", "in M/S**2"]),
     ],
 )
-def test_miniseed_with_a_wrong_stationxml_is_refused(tmp_path, channels, stationxml, words):
+def test_miniseed_without_a_fitting_stationxml_is_refused(tmp_path, channels, stationxml, words):
     files = [write_mseed(tmp_path / "a.mseed", dict(zip(channels, (N, E), strict=True)))]
     if stationxml:
         files.append(write_stationxml_of_channels(tmp_path / "a.xml", stationxml))
@@ -562,7 +562,7 @@ def test_column_headings_that_contradict_the_declaration_are_noted(tmp_path, hea
         ("Vs30 of 300 m/s by unit 5", ""),
     ],
 )
-def test_text_in_a_columns_file_with_another_unit_is_noted(tmp_path, line, unit):
+def test_a_line_of_a_columns_file_naming_an_undeclared_unit_adds_a_note(tmp_path, line, unit):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
     record = read_record_without_processing(

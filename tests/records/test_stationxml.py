@@ -313,7 +313,7 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
     assert sum("the StationXML states no azimuth and dip; the code of" in note for note in record.notes) == 3
 
 
-def test_channel_codes_that_name_no_axis_leave_it_unknown(tmp_path):
+def test_sac_files_whose_channel_codes_name_no_axis_are_refused(tmp_path):
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, None, None) for c, x in (("HN1", N), ("HN2", E))]
     with expect_error(RecordError, "axis 'HN1', 'HN2' says nothing about north"):
         read_record_without_processing(paths, DeclaredFileProperties(unit="gal"))
@@ -367,12 +367,12 @@ def test_an_obspy_warning_becomes_a_note_on_the_file(tmp_path, monkeypatch):
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     merge = obspy.Stream.merge
 
-    def merge_with_warnings(stream, *given, **more):
+    def merge_after_emitting_warnings(stream, *given, **more):
         warnings.warn_explicit("two\nlines", UserWarning, "/somewhere/obspy/core/stream.py", 1)
         warnings.warn_explicit("old name", DeprecationWarning, "/somewhere/obspy/core/stream.py", 2)
         return merge(stream, *given, **more)
 
-    monkeypatch.setattr(obspy.Stream, "merge", merge_with_warnings)
+    monkeypatch.setattr(obspy.Stream, "merge", merge_after_emitting_warnings)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert read_record_without_processing(waves).notes == ["x.mseed: obspy warns: two lines"]

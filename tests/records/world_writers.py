@@ -5,7 +5,7 @@ import numpy as np
 from tests.records.record_writers import (
     cosmos_text,
     fixed_width_columns,
-    header_text_of_format,
+    format_header_filled_from_template,
     list_of_header_numbers_with_known_values,
     time_acceleration_pairs_text,
 )
@@ -18,7 +18,7 @@ def cwa_text(north, east, up, rate: int = 100, sequence: str = "Time U(+); N(+);
     columns = [named[word[0]] for word in sequence.removeprefix("Time").split(";") for word in [word.strip()]]
     peaks = {axis: (samples.max(), samples.min()) for axis, samples in named.items()}
     rows = np.column_stack([np.arange(count) / rate, *columns])
-    stated = header_text_of_format("cwa", named["N"], 1 / rate, rate=rate, sequence=sequence, **peaks)
+    stated = format_header_filled_from_template("cwa", named["N"], 1 / rate, rate=rate, sequence=sequence, **peaks)
     return stated + "".join("".join(f"{v:10.3f}" for v in row) + "\n" for row in rows)
 
 
@@ -27,7 +27,7 @@ def nsmn_text(north, east, up, interval: float = 0.01) -> str:
     columns = [np.asarray(x, float) for x in (north, east, up)]
     peaks = " ".join(f"({a}) {np.abs(x).max():.6f}" for a, x in zip(("N-S", "E-W", "U-D"), columns, strict=True))
     rows = zip(*columns, strict=True)
-    stated = header_text_of_format("nsmn", columns[0], interval, peaks=peaks)
+    stated = format_header_filled_from_template("nsmn", columns[0], interval, peaks=peaks)
     return stated + "".join("".join(f"{v:13.6f}" for v in row) + "\n" for row in rows)
 
 
@@ -37,7 +37,9 @@ def bhrc_text(components: dict, rate: float = 200.0, azimuths: tuple[int, int] =
     for number, (axis, samples) in enumerate(components.items(), 1):
         samples = np.asarray(samples, float)
         real = [0.0193424, 0.64, samples.size / rate, 0.0, 0.1, rate, *[0.0] * 26]
-        text += header_text_of_format("bhrc", samples, 1 / rate, axis=axis, number=number, azimuths=azimuths)
+        text += format_header_filled_from_template(
+            "bhrc", samples, 1 / rate, axis=axis, number=number, azimuths=azimuths
+        )
         text += fixed_width_columns(list_of_header_numbers_with_known_values(88, 0, {25: (samples.size,)}), 5, 0, 14)
         reals = [f"{v:13.6E}" for v in real]
         text += "".join("".join(reals[i : i + 5]) + "   .00\n" for i in range(0, 30, 5)) + "".join(reals[30:32]) + "\n"
@@ -57,7 +59,7 @@ def unam_text(channels: dict, interval: float = 0.01, first: str = "07:19:20.50"
     }
     listed = {name: f"/{'/'.join(map(str, each))}/" for name, each in stated.items()}
     rows = zip(*columns, strict=True)
-    return header_text_of_format("unam", columns[0], interval, first=first, **listed) + "".join(
+    return format_header_filled_from_template("unam", columns[0], interval, first=first, **listed) + "".join(
         "".join(f"{v:12.2f}" for v in row) + "\n" for row in rows
     )
 
@@ -98,7 +100,9 @@ def usc_text(channels: dict, time=None, *, code: dict | None = None, narrow: boo
             100, 0, {8: places, 21: (1, 17, 1994, 1230, 4, codes[axis], samples.size)}
         )
         real = (0.039, 0.577, moments[-1], 0.638, 0.1, 1.86, 34.213, 118.537, 34.419, 118.426, 25.122, 6.7)
-        text += header_text_of_format("usc", samples, 0.005, axis=axis, width=len(axis) + 5, end=moments[-1])
+        text += format_header_filled_from_template(
+            "usc", samples, 0.005, axis=axis, width=len(axis) + 5, end=moments[-1]
+        )
         text += fixed_width_columns(whole, width, 0, per_line) + fixed_width_columns(
             list_of_header_numbers_with_known_values(50, 0.0, {0: real}), 10, 3, 8
         )
@@ -112,13 +116,13 @@ def csmnc_text(samples, *, axis: str, interval: float = 0.01) -> str:
     samples = np.asarray(samples, float)
     words = [f"{value:.6E}".replace("E+0", "E+").replace("E-0", "E-").rjust(13) for value in samples]
     lines = ("".join(words[i : i + 8]) + " \n" for i in range(0, len(words), 8))
-    return header_text_of_format("csmnc", samples, interval, axis=axis) + "".join(lines)
+    return format_header_filled_from_template("csmnc", samples, interval, axis=axis) + "".join(lines)
 
 
 def jma_text(north, east, up, rate: int = 100) -> str:
     """Text of a JMA CSV file of samples in Gal."""
     rows = zip(*(np.asarray(x, float) for x in (north, east, up)), strict=True)
-    stated = header_text_of_format("jma", np.asarray(north, float), 1 / rate, rate=rate)
+    stated = format_header_filled_from_template("jma", np.asarray(north, float), 1 / rate, rate=rate)
     return stated + "".join(",".join(f"{v:.3f}" for v in row) + "\n" for row in rows)
 
 
@@ -127,5 +131,5 @@ def cismid_text(north, east, up, rate: int = 50) -> str:
     east, north, up = (np.asarray(x, float) for x in (east, north, up))
     peaks = " ".join(f"{x[np.abs(x).argmax()]:9.2f}" for x in (east, north, up))
     rows = zip(np.arange(north.size) / rate, east, north, up, strict=True)
-    stated = header_text_of_format("cismid", north, 1 / rate, rate=rate, peaks=peaks)
+    stated = format_header_filled_from_template("cismid", north, 1 / rate, rate=rate, peaks=peaks)
     return stated + "".join("".join(f"{v:16.4f}" for v in row) + "\n" for row in rows)

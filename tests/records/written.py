@@ -39,7 +39,7 @@ class TextFormatWithWriter:
     """Text format: function that writes files from multiples of its smallest step, and expected metadata."""
 
     make_file_texts: Callable[..., dict[str, str]]  # first and second axis and, but for ``up`` None, vertical samples
-    smallest_sample_step: float  # smallest step of samples, in the unit of the file
+    smallest_sample_increment: float  # smallest step of samples, in the unit of the file
     unit_m_s2: float  # m/s²
     axis_azimuths_deg: tuple[float, float]  # azimuths of the first two axes
     header_line_count: int  # header lines of the first component
@@ -52,13 +52,13 @@ class TextFormatWithWriter:
 
     def file_texts_by_name(self, *samples: np.ndarray) -> dict[str, str]:
         """Return names and contents of the files of a record; samples are multiples of the format's smallest step."""
-        return self.make_file_texts(*(np.round(x * self.smallest_sample_step, 6) for x in samples))
+        return self.make_file_texts(*(np.round(x * self.smallest_sample_increment, 6) for x in samples))
 
     def expected_north_east(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Expected north and east samples, m/s², projected from the axes (right angles only), not by the package."""
         angles = np.radians(self.axis_azimuths_deg)
         return (
-            self.smallest_sample_step
+            self.smallest_sample_increment
             * self.unit_m_s2
             * np.array([f(angles[0]) * first + f(angles[1]) * second for f in (np.cos, np.sin)])
         )
@@ -76,10 +76,10 @@ def writer_of_one_file_with_axis_codes(
 ) -> Callable[..., dict[str, str]]:
     """Return a function that writes all components into one file, whose axes have a name and a code each."""
 
-    def file_text_with_axis_codes(*samples: np.ndarray) -> dict[str, str]:
+    def file_text_by_name_with_axis_codes(*samples: np.ndarray) -> dict[str, str]:
         return {name: text({a: (code, x) for (a, code), x in zip(axes, samples, strict=False)}, **more)}
 
-    return file_text_with_axis_codes
+    return file_text_by_name_with_axis_codes
 
 
 def writer_of_one_file_per_component(text: Callable[..., str], **axes: Any) -> Callable[..., dict[str, str]]:

@@ -435,7 +435,7 @@ SITE_FALL_RATES_FINDING = {
     "amplitude_factor": 1.5, "median_pga_m_s2": 4.12, "mean_fall_rate": 0.31, "median_fall_rate": 0.28,
     "records_with_at_least_half_fallen": 9, "median_angle_to_fall_axis_without_soil_deg": 14.0,
     "records_with_both_fall_axes": 21}  # fmt: skip
-FALL_RATE_COMPARISON_FINDINGS = {
+STUDY_MINUS_VARIANT_FALL_RATE_FINDINGS = {
     "population_fall_rate_in_study": estimate_entry(0.31, 0.22, 0.43),
     "population_fall_rate_in_variant": estimate_entry(0.47, 0.33, 0.59),
     "primary_statistic_study_minus_variant": estimate_entry(-0.164, -0.278, -0.049)}  # fmt: skip
@@ -487,7 +487,7 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
         DIRECTION_STUDY_FINDINGS, study=study_section_of_findings("site", primary_statistic="fall_rate"),
         site_fall_rates=[SITE_FALL_RATES_FINDING],
         contrasts=[variant_comparison_findings(differing_settings=["site"], soil_thickness_of_variant_m=20.0,
-        **FALL_RATE_COMPARISON_FINDINGS)],
+        **STUDY_MINUS_VARIANT_FALL_RATE_FINDINGS)],
         unconverged_soil_responses=["other, vale: north not converged"],
         soil_responses_with_strain_beyond_curves=["other, ford: east converged"]),
     "survey": findings_with_changed_entries(

@@ -13,7 +13,7 @@ from overturning.translation.texts import installed_fonts_of_language
 from tests.report.test_rendering import SCRIPT_AS_NAME, elements_of_well_formed_page
 from tests.report.tiny_studies import pulse_record, simulate_study_into_result_folder
 
-PAGE_NAME, PDF_NAME = "report.html", "report.pdf"
+PAGE_NAME, REPORT_PDF_FILE_NAME = "report.html", "report.pdf"
 SharedFolderMaker = Callable[[str, Callable[[Path], object]], Path]
 
 
@@ -40,11 +40,12 @@ def results_with_hostile_names(make_folder_once: SharedFolderMaker) -> Path:
 def report_page_and_pdf(results_with_hostile_names: Path, make_folder_once: SharedFolderMaker) -> tuple[str, bytes]:
     """Return page and PDF of a report in which names of records contain HTML and scripts; the page is well formed."""
     folder = make_folder_once(
-        "rendered", lambda folder: write_report(results_with_hostile_names, folder / PAGE_NAME, folder / PDF_NAME)
+        "rendered",
+        lambda folder: write_report(results_with_hostile_names, folder / PAGE_NAME, folder / REPORT_PDF_FILE_NAME),
     )
     page = (folder / PAGE_NAME).read_text(encoding="utf-8")
     elements_of_well_formed_page(page)
-    return page, (folder / PDF_NAME).read_bytes()
+    return page, (folder / REPORT_PDF_FILE_NAME).read_bytes()
 
 
 @pytest.fixture(scope="session")
@@ -63,9 +64,9 @@ def japanese_report_page_and_pdf(
     """Return page and PDF of the report in Japanese; the PDF is empty where there is no Japanese font."""
 
     def write_japanese_report(folder: Path) -> None:
-        pdf = folder / PDF_NAME if installed_fonts_of_language("ja") else None
+        pdf = folder / REPORT_PDF_FILE_NAME if installed_fonts_of_language("ja") else None
         write_report(results_with_hostile_names, folder / PAGE_NAME, pdf, study_in_japanese)
 
     folder = make_folder_once("japanese", write_japanese_report)
-    pdf = folder / PDF_NAME
+    pdf = folder / REPORT_PDF_FILE_NAME
     return (folder / PAGE_NAME).read_text(encoding="utf-8"), pdf.read_bytes() if pdf.is_file() else b""

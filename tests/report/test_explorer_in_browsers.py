@@ -167,7 +167,7 @@ press(canvas, "ArrowLeft");
 const columns = [...document.querySelectorAll(".more th[scope=col]")].map((one) => one.textContent);
 return {unknown, last: answer(), columns};
 """
-FILM_COMMAND_SCRIPT = """
+SHOWN_FILM_COMMANDS_SCRIPT = """
 const found = [];
 for (const key of ["ArrowRight", "ArrowUp", "ArrowRight"]) {
   press(canvas, key); found.push([location.hash, text(".film code")]); }
@@ -275,7 +275,7 @@ def explorer_script_results(
             explorer_page_html(explorer_page_data(cube_of_full_circle_with_unstable_cells())),
             FULL_CIRCLE_SCRIPT,
         ),
-        "command": (command, FILM_COMMAND_SCRIPT),
+        "command": (command, SHOWN_FILM_COMMANDS_SCRIPT),
     }
     if request.param == "chromium":  # one start of the browser for all
         with use_translation_language("ja"):

@@ -8,7 +8,7 @@ import pytest
 from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.report.render import LANGUAGES, render_template_as_markdown
-from tests.report.by_hand import FALL_RATE_COMPARISON_FINDINGS, estimate_entry, handwritten_findings_of_study
+from tests.report.by_hand import STUDY_MINUS_VARIANT_FALL_RATE_FINDINGS, estimate_entry, handwritten_findings_of_study
 from tests.report.test_templates import report_text, report_text_of_handwritten_findings
 
 
@@ -203,7 +203,7 @@ def test_report_names_every_setting_that_differs_between_the_variants(
     settings: list[str], named: dict[str, list[str]], language: str
 ) -> None:
     """The study asks about vertical motion, and its primary statistic is a fall rate."""
-    rates = FALL_RATE_COMPARISON_FINDINGS | {"differing_settings": settings, "primary_statistic": "fall_rate"}
+    rates = STUDY_MINUS_VARIANT_FALL_RATE_FINDINGS | {"differing_settings": settings, "primary_statistic": "fall_rate"}
     headline, text = headline_and_text_of_comparison_report("vertical", language, **rates)
     for one in named[language]:
         assert one in headline

@@ -13,7 +13,7 @@ from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of_trajectories
 from overturning.figures.page import film_page_html
 from overturning.motion.motion import Motion
-from tests.figures.films import film_of_falling_and_rocking_block, trajectory_of_3d_body
+from tests.figures.films import film_of_one_falling_and_one_rocking_block, trajectory_of_3d_body
 from tests.report.browsers import run_scripts_in_browser
 from tests.report.test_rendering import SCRIPT_AS_NAME
 
@@ -139,7 +139,7 @@ def film_and_report_script_results(
     request: pytest.FixtureRequest, report_page_and_pdf: tuple[str, bytes], tmp_path_factory: Any
 ) -> dict[str, Any]:
     """Return the results of the scripts of this file in one browser, by the name of the page."""
-    film = film_of_falling_and_rocking_block()
+    film = film_of_one_falling_and_one_rocking_block()
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
     path = trajectory_of_3d_body(motion)
@@ -152,7 +152,7 @@ def film_and_report_script_results(
     }
     pages = {
         "film": (
-            film_page_html(film_of_falling_and_rocking_block(duration=0.2, title=HOSTILE_TITLE)),
+            film_page_html(film_of_one_falling_and_one_rocking_block(duration=0.2, title=HOSTILE_TITLE)),
             FILM_CONTROLS_SCRIPT,
         ),
         "three": (
@@ -163,7 +163,10 @@ def film_and_report_script_results(
     with pytest.MonkeyPatch.context() as patch:  # frames for print, which these scripts do not look at
         patch.setattr("overturning.figures.film_strip.film_strip_figure", lambda *_, **__: Figure((1.0, 1.0)))
         pages |= {
-            "fall": (film_page_html(film_of_falling_and_rocking_block(forces=False)), FALLEN_BLOCK_PIXELS_SCRIPT),
+            "fall": (
+                film_page_html(film_of_one_falling_and_one_rocking_block(forces=False)),
+                FALLEN_BLOCK_PIXELS_SCRIPT,
+            ),
             "space": (film_page_html(film_of_trajectories([path], motion, "title")), FILM_IN_3D_SCRIPT),
             **{
                 name: (

@@ -190,7 +190,7 @@ def test_anchor_link_emphasis_and_list_are_rendered_as_html(tmp_path: Path) -> N
     assert page.count("<li>") == 2
 
 
-def test_pair_of_figures_in_the_pdf_shows_those_drawn_for_a_phone(tmp_path: Path) -> None:
+def test_figures_side_by_side_in_the_pdf_are_drawn_for_a_phone(tmp_path: Path) -> None:
     """Half a page is as wide as a phone; a figure drawn for a page would have letters of half their size there."""
     page, phone = tmp_path / "page.svg", tmp_path / "phone.svg"
     for path, width in ((page, 482), (phone, 241)):

@@ -84,7 +84,7 @@ class FieldChecker:
         if isinstance(part, nodes.Name):
             return types[part.name]
         if isinstance(part, nodes.Getattr):
-            return self.type_of_field(self.type_of(part.node, types, name), part, name)
+            return self.find_field_type_or_note_unknown_field(self.type_of(part.node, types, name), part, name)
         found = [self.type_of(one, types, name) for one in part.iter_child_nodes()]
         if isinstance(part, nodes.Getitem):
             if isinstance(part.arg, nodes.Slice):
@@ -96,7 +96,7 @@ class FieldChecker:
             return found[1] if isinstance(part.expr1, nodes.Getattr) else None
         return list[found[0]] if isinstance(part, nodes.List) and found else None  # type: ignore[valid-type]
 
-    def type_of_field(self, owner: Any, part: nodes.Getattr, name: str) -> Any:
+    def find_field_type_or_note_unknown_field(self, owner: Any, part: nodes.Getattr, name: str) -> Any:
         """Return the type of a field of an object; note it if the object has no such field."""
         if not isinstance(owner, type) or owner not in (ReportMedia, TextsAboutReportFilm):
             if not isinstance(owner, type) or not issubclass(owner, BaseModel):

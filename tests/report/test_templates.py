@@ -84,10 +84,10 @@ NOTE_BLOCKS = re.compile(r"^::: note\n.*?^:::$", re.DOTALL | re.MULTILINE)
 
 def report_text(found: Any, language: str, name: str = "report") -> str:
     """Render findings as the text that a reader sees, with figure captions and without notes on records."""
-    return plain_text_of_markdown(render_template_as_markdown(found, language, template_name=name))
+    return plain_report_text_without_record_notes(render_template_as_markdown(found, language, template_name=name))
 
 
-def plain_text_of_markdown(markdown: str) -> str:
+def plain_report_text_without_record_notes(markdown: str) -> str:
     """Return the plain text of a Markdown report, with figure captions and without notes on records."""
     markdown = NOTE_BLOCKS.sub("", markdown)
     captions = re.findall(r"!\[(.*?)\]\(.*?\"(.*)\"\)", markdown)
@@ -108,7 +108,7 @@ def markdown_report_of_handwritten_findings(study: str, language: str) -> str:
 @cache
 def report_text_of_handwritten_findings(study: str, language: str) -> str:
     """Render the hand-written findings of one kind of study as the text that a reader sees."""
-    return plain_text_of_markdown(markdown_report_of_handwritten_findings(study, language))
+    return plain_report_text_without_record_notes(markdown_report_of_handwritten_findings(study, language))
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -319,7 +319,7 @@ def test_report_names_the_soil_below_cemeteries_and_its_effect(language: str) ->
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_report_mentions_only_once_earthquakes_that_have_both_pulse_and_other_records(language: str) -> None:
+def test_report_counts_earthquakes_with_and_without_pulses_once_if_any(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     both = {"en": "6 have records with and without", "ja": "うち 6 地震は"}[language]
     assert report_text_of_handwritten_findings("direction", language).count(both) == 1
@@ -464,7 +464,7 @@ UNTRANSLATED_USER_NAMES = {"other", "By hand", "Which way?", "vale"}
 """Names of the user of a study, which no language translates."""
 
 
-def test_every_name_in_the_findings_has_a_japanese_label() -> None:
+def test_every_name_passed_to_the_label_filter_has_a_japanese_label() -> None:
     names = names_passed_to_the_label_filter() - UNTRANSLATED_USER_NAMES
     assert len(names) >= 15
     labels = read_label_translations("ja")

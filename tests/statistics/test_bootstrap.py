@@ -156,7 +156,7 @@ def test_share_of_0_or_1_in_all_earthquakes_has_the_exact_bound() -> None:
 
 @pytest.mark.parametrize("share", [0.3, 0.7])
 def test_statistic_undefined_in_most_resamples_has_no_interval(share: float) -> None:
-    def mean_of_some_resamples(drawn: np.ndarray) -> np.ndarray:
+    def mean_undefined_in_some_resamples(drawn: np.ndarray) -> np.ndarray:
         return np.where(np.arange(len(drawn)) < share * len(drawn), drawn.mean(axis=1), np.nan)
 
-    assert math.isnan(bootstrap_interval(mean_of_some_resamples, EARTHQUAKE_MEANS).low) == (share < 0.5)
+    assert math.isnan(bootstrap_interval(mean_undefined_in_some_resamples, EARTHQUAKE_MEANS).low) == (share < 0.5)

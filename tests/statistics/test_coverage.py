@@ -62,7 +62,7 @@ def expected_fault_normal_alignment(kappa: float) -> float:
     )
 
 
-def cube_of_random_fall_directions(generator: np.random.Generator, kappa: float) -> xr.Dataset:
+def cube_of_falls_scattered_about_fault_normals(generator: np.random.Generator, kappa: float) -> xr.Dataset:
     """Return a cube of several data sets whose fall directions are von Mises distributed (κ) about fault normals."""
     rules, events, normals, pulses = [], [], [], []
     for replicate in range(DATA_SETS_PER_CUBE):
@@ -87,7 +87,7 @@ def summarise_random_data_sets(kappa: float) -> list[FallAxisSummariesOfRandomDa
     """Summarise random data sets with von Mises concentration κ as the report does; κ = 0 is isotropic."""
     generator, found = np.random.default_rng(42), list[FallAxisSummariesOfRandomDataSet]()
     for _ in range(DATA_SET_COUNT // DATA_SETS_PER_CUBE):
-        groups = fall_axes_from_fault_normal_by_group(cube_of_random_fall_directions(generator, kappa))
+        groups = fall_axes_from_fault_normal_by_group(cube_of_falls_scattered_about_fault_normals(generator, kappa))
         for replicate in range(DATA_SETS_PER_CUBE):
             own = {
                 name: axes.isel(event=np.flatnonzero(np.char.startswith(axes["event"].values, f"{replicate}-")))

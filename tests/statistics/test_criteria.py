@@ -225,10 +225,10 @@ PGA_OVER_WEST_AND_PGV_OVER_PGA = np.array([(1.60, 0.15), (1.30, 0.07), (1.45, 0.
 """PGA over g B/H and PGV/PGA, s, of motions for which of Kaneko–Hayashi and the pulse with one impact both predict that
 a block of 0.6 m and B/H 0.3 falls, neither, the first alone, and the second alone. West and Ishiyama always predict a
 fall, the pulse without impact never."""
-FIRST_CRITERION, NAME_OF_ONE_IMPACT_CRITERION = "Kaneko–Hayashi", "pulse, one impact"
+NAME_OF_KANEKO_HAYASHI_CRITERION, NAME_OF_ONE_IMPACT_CRITERION = "Kaneko–Hayashi", "pulse, one impact"
 
 
-def criteria_scores_from_random_success_rates(
+def scores_of_criterion_with_random_success_rate(
     make_cube_from_fall_rules: Callable[..., xr.Dataset],
     generator: np.random.Generator,
     beta_parameters: tuple[float, float],
@@ -260,9 +260,12 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
     """Regression: the criterion with the higher skill was called the best even if two were equal."""
     generator = np.random.default_rng(42)
     alike = [
-        criteria_scores_from_random_success_rates(make_cube_from_fall_rules, generator, (2, 2)) for _ in range(400)
+        scores_of_criterion_with_random_success_rate(make_cube_from_fall_rules, generator, (2, 2)) for _ in range(400)
     ]
-    assert {one.score_of_best_criterion.name for one in alike} == {FIRST_CRITERION, NAME_OF_ONE_IMPACT_CRITERION}
+    assert {one.score_of_best_criterion.name for one in alike} == {
+        NAME_OF_KANEKO_HAYASHI_CRITERION,
+        NAME_OF_ONE_IMPACT_CRITERION,
+    }
     assert (
         np.mean(
             [
@@ -283,14 +286,14 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
         >= 0.95
     )
     better = [
-        criteria_scores_from_random_success_rates(make_cube_from_fall_rules, generator, (6, 2)) for _ in range(60)
+        scores_of_criterion_with_random_success_rate(make_cube_from_fall_rules, generator, (6, 2)) for _ in range(60)
     ]
     ranked = [
         one.score_of_best_criterion.name
         for one in better
         if all(lead.interval_low > 0 for lead in one.best_minus_other_skill_by_criterion_name.values())
     ]
-    assert set(ranked) == {FIRST_CRITERION}
+    assert set(ranked) == {NAME_OF_KANEKO_HAYASHI_CRITERION}
     assert len(ranked) >= 48
 
 

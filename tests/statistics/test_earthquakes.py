@@ -23,7 +23,7 @@ from overturning.statistics.roses import fall_rose
 
 
 @pytest.fixture
-def compute_fall_axes_from_fault_normal_offsets(make_cube_from_fall_rules, make_sector_fall_rule):
+def fall_axes_function_of_fault_normal_offsets(make_cube_from_fall_rules, make_sector_fall_rule):
     """Return a function for the fall axes of records whose blocks fall at given offsets from the fault normals.
 
     Offsets are in degrees; the function computes the axes by earthquake.
@@ -52,9 +52,9 @@ def compute_fall_axes_from_fault_normal_offsets(make_cube_from_fall_rules, make_
     ],
 )
 def test_fall_axis_is_measured_from_the_fault_normal(
-    compute_fall_axes_from_fault_normal_offsets, offsets, more, expected
+    fall_axes_function_of_fault_normal_offsets, offsets, more, expected
 ) -> None:
-    found = compute_fall_axes_from_fault_normal_offsets(offsets, **more)
+    found = fall_axes_function_of_fault_normal_offsets(offsets, **more)
     assert found["axis"].values == pytest.approx(expected, abs=1e-6)
     assert found["records"].values.tolist() == [len(offsets) - len(expected) + 1, *[1] * (len(expected) - 1)]
     assert summarise_fall_axes(found).mean_cos_of_doubled_angle_to_fault_normal.earthquake_count == len(expected)
@@ -136,7 +136,7 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fal
     + 1) sin s).
     """
 
-    def resultant_of_planes_within_half_width(half_width: int) -> float:
+    def expected_resultant_of_fall_axes_1_deg_apart(half_width: int) -> float:
         return np.sin(np.radians(2 * half_width + 1)) / ((2 * half_width + 1) * np.sin(np.radians(1)))
 
     widths, normals = (10, 40, 20, 30), np.array([20.0, 20.0, 75.0, 110.0])
@@ -149,9 +149,9 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fal
     ]  # fmt: skip
     largest = np.mean(
         [
-            (resultant_of_planes_within_half_width(10) + resultant_of_planes_within_half_width(40)) / 2,
-            resultant_of_planes_within_half_width(20),
-            resultant_of_planes_within_half_width(30),
+            (expected_resultant_of_fall_axes_1_deg_apart(10) + expected_resultant_of_fall_axes_1_deg_apart(40)) / 2,
+            expected_resultant_of_fall_axes_1_deg_apart(20),
+            expected_resultant_of_fall_axes_1_deg_apart(30),
         ]
     )
     along, aside = (summarise_fall_axes(fall_axes_from_fault_normal_by_earthquake(one)) for one in cube)
@@ -162,9 +162,9 @@ def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fal
     # Two records of one earthquake that fall across each other allow no less: the axes need not have been.
     assert aside.mean_resultant_length_of_doubled_fall_axes == pytest.approx(largest)
     cosines = [
-        (resultant_of_planes_within_half_width(10) - resultant_of_planes_within_half_width(40)) / 2,
-        0.5 * resultant_of_planes_within_half_width(20),
-        -0.5 * resultant_of_planes_within_half_width(30),
+        (expected_resultant_of_fall_axes_1_deg_apart(10) - expected_resultant_of_fall_axes_1_deg_apart(40)) / 2,
+        0.5 * expected_resultant_of_fall_axes_1_deg_apart(20),
+        -0.5 * expected_resultant_of_fall_axes_1_deg_apart(30),
     ]
     assert aside.mean_cos_of_doubled_angle_to_fault_normal.mean == pytest.approx(np.mean(cosines))
 
@@ -296,10 +296,10 @@ def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(
 
 
 def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(
-    compute_fall_axes_from_fault_normal_offsets,
+    fall_axes_function_of_fault_normal_offsets,
 ) -> None:
     offsets = [-12, -7, -3, 2, 6, 9, 14, 4]
-    aligned = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets(offsets))
+    aligned = summarise_fall_axes(fall_axes_function_of_fault_normal_offsets(offsets))
     assert abs(aligned.mean_axis_from_fault_normal_deg) < 3
     assert aligned.mean_axis_interval_half_width_deg < 10
     assert aligned.mean_cos_of_doubled_angle_to_fault_normal.interval_low > 0.8
@@ -308,7 +308,7 @@ def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(
     doubled = np.exp(2j * np.radians(offsets)).mean() * np.cos(2 * np.radians(np.arange(-10, 11))).mean()
     assert aligned.mean_axis_from_fault_normal_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)
     assert aligned.mean_cos_of_doubled_angle_to_fault_normal.mean == pytest.approx(doubled.real)
-    scattered = summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
+    scattered = summarise_fall_axes(fall_axes_function_of_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
     assert math.isnan(scattered.mean_axis_from_fault_normal_deg)
     assert (
         scattered.mean_cos_of_doubled_angle_to_fault_normal.interval_low
@@ -316,7 +316,7 @@ def test_aligned_fall_axes_have_a_mean_axis_and_scattered_ones_none(
         < scattered.mean_cos_of_doubled_angle_to_fault_normal.interval_high
     )
     assert str(
-        summarise_fall_axes(compute_fall_axes_from_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
+        summarise_fall_axes(fall_axes_function_of_fault_normal_offsets([0, 23, 45, 68, 90, -68, -45, -23]))
     ) == str(scattered)  # the same each time
 
 
@@ -339,12 +339,12 @@ def test_bootstrap_interval_covers_the_mean_axis_at_its_level() -> None:
 
 
 def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(
-    compute_fall_axes_from_fault_normal_offsets,
+    fall_axes_function_of_fault_normal_offsets,
 ) -> None:
-    pulse = compute_fall_axes_from_fault_normal_offsets([0, 5, -5, 8, -8, 3, 6, -2])
+    pulse = fall_axes_function_of_fault_normal_offsets([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
     difference = first_minus_second_mean_fall_alignment(
-        pulse, compute_fall_axes_from_fault_normal_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
+        pulse, fall_axes_function_of_fault_normal_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
     )
     assert difference.mean > 1.5
     assert difference.interval_low > 1
@@ -354,7 +354,7 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(
     assert (same.mean, same.interval_low, same.interval_high) == pytest.approx(
         (0, *(2 * one * (1 - 0.05 ** (1 / 8)) for one in (-1, 1)))
     )
-    few = compute_fall_axes_from_fault_normal_offsets([0, 5, 10, 15, 20, 25, 30])
+    few = fall_axes_function_of_fault_normal_offsets([0, 5, 10, 15, 20, 25, 30])
     assert np.isnan(
         [
             first_minus_second_mean_fall_alignment(few, few).interval_low,

@@ -244,9 +244,9 @@ def test_all_planes_of_a_partial_circle_have_equal_weight(make_cube_from_fall_ru
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
     assert plane_weights_by_azimuth_spacing(part) == pytest.approx(np.full(12, 1 / 12))
-    assert plane_weights_by_azimuth_spacing(part, divide_gaps_between_neighbours=True)[[0, 1, -1]] == pytest.approx(
-        [65 / 180, 5 / 180, 65 / 180]
-    )
+    assert plane_weights_by_azimuth_spacing(part, divide_uncomputed_gaps_between_neighbours=True)[
+        [0, 1, -1]
+    ] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
     cube = make_cube_from_fall_rules(make_sector_fall_rule(62.5, 24), azimuth=part.tolist())
     assert mean_fall_probability_over_directions(cube).values == pytest.approx(10 / 12)
     assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
@@ -291,7 +291,7 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
 def test_azimuths_added_to_a_full_circle_do_not_make_it_partial(whole) -> None:
     assert not mask_of_azimuths_before_gap_and_grid_step(whole)[0].any()
     assert plane_weights_by_azimuth_spacing(whole) == pytest.approx(
-        plane_weights_by_azimuth_spacing(whole, divide_gaps_between_neighbours=True)
+        plane_weights_by_azimuth_spacing(whole, divide_uncomputed_gaps_between_neighbours=True)
     )
 
 

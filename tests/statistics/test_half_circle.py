@@ -155,7 +155,7 @@ def test_a_stone_facing_250_degrees_uses_the_outcome_of_the_plane_at_70() -> Non
     assert [float(found["fall_rate"].max()) for found in rates.values()] == [0, 1, 1]
 
 
-def cube_of_stone_in_front_of_wall(
+def full_circle_cube_without_mirror_symmetry(
     falls: Callable[[np.ndarray], np.ndarray], azimuth: np.ndarray = AZIMUTHS_DEG
 ) -> xr.Dataset:
     """Return a cube of one record and a stone before a wall: `falls` gives 1, 0 or −1 for each azimuth.
@@ -177,7 +177,7 @@ def test_prediction_for_a_stone_in_front_of_a_wall_never_uses_the_opposite_azimu
     A stone that faces 250° would fall backwards if it used the outcome of the opposite azimuth, 70°.
     """
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
-    cube = cube_of_stone_in_front_of_wall(np.ones_like)
+    cube = full_circle_cube_without_mirror_symmetry(np.ones_like)
     stood, forwards, right, backwards, left = SiteFallPrediction(
         cube, random_outcome_share=0
     ).standing_and_side_probabilities(stone)
@@ -188,7 +188,8 @@ def test_prediction_for_a_stone_in_front_of_a_wall_never_uses_the_opposite_azimu
 def test_fall_directions_predicted_in_front_of_walls_are_only_those_simulated() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SiteFallPrediction(
-        cube_of_stone_in_front_of_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), random_outcome_share=0
+        full_circle_cube_without_mirror_symmetry(lambda azimuth: np.where(azimuth >= 180, -1, 0)),
+        random_outcome_share=0,
     )
     density = prediction.sector_probabilities_given_fall_for_unknown_face()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
@@ -196,7 +197,7 @@ def test_fall_directions_predicted_in_front_of_walls_are_only_those_simulated() 
 
 def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
     """Only the azimuths from 0° to 175° are simulated: for a stone that faces 250° the outcome is unknown."""
-    half = cube_of_stone_in_front_of_wall(np.ones_like, AZIMUTHS_DEG[INDICES_OF_AZIMUTHS_BELOW_180_DEG])
+    half = full_circle_cube_without_mirror_symmetry(np.ones_like, AZIMUTHS_DEG[INDICES_OF_AZIMUTHS_BELOW_180_DEG])
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
     assert SiteFallPrediction(half, random_outcome_share=0).standing_and_side_probabilities(stone).tolist() == [
         0.5,

@@ -9,7 +9,7 @@ import scipy
 from overturning.statistics.mean_direction import MAX_OBSERVATIONS_FOR_BOOTSTRAP, mean_direction_with_interval
 
 
-def test_mean_direction_of_four_falls_matches_hand_computation() -> None:
+def test_mean_direction_and_axis_of_eight_falls_match_hand_computation() -> None:
     # Four falls at 30° and four at 50°: mean 40°, resultant cos 10°. As axes: 40°, cos 20°.
     falls = [30.0, 50.0] * 4
     found, axis = (

@@ -342,7 +342,7 @@ def test_compatible_settings_of_a_study_are_accepted() -> None:
     )
 
 
-def test_the_contact_of_a_variant_defaults_to_that_of_the_study() -> None:
+def test_missing_contact_keys_of_a_variant_default_to_the_study() -> None:
     variants = {"ringing": {"contact": {"damping": 9}}, "hard": {"contact": {"stiffness": "auto"}}}
     own = {"stiffness": 1e7, "stiffness_ratio": 0.5, "damping_ratio": 1.0}
     study = study_from_content(SMALL_STUDY | {"contact": own, "variants": variants}, "x")

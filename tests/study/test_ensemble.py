@@ -54,7 +54,7 @@ def motion_of_two_cycles_with_vertical() -> Motion:
 
 
 @pytest.fixture(scope="module")
-def nominal_outcomes(motion_of_two_cycles_with_vertical: Motion) -> dict[str, np.ndarray]:
+def outcomes_without_ensemble(motion_of_two_cycles_with_vertical: Motion) -> dict[str, np.ndarray]:
     """Outcomes of all cases of `GRID` with the unchanged motion and parameters, without an ensemble."""
     return simulate_as_arrays(
         motion_of_two_cycles_with_vertical,
@@ -215,23 +215,25 @@ def test_case_weight_is_the_unbiased_resultant_of_fall_directions_of_members() -
 
 
 def test_an_ensemble_without_spread_gives_the_nominal_outcome(
-    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, outcomes_without_ensemble: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(
         EnsembleSettings(members=4, amplitude=0, b_over_h=0, friction=0, damping=0, azimuth=0)
     )
-    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
-    assert np.array_equal(found["probability_towards"], (nominal_outcomes["overturned"] == 1).astype(np.float32))
-    assert np.array_equal(found["probability_away"], (nominal_outcomes["overturned"] == -1).astype(np.float32))
+    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, outcomes_without_ensemble, members)
+    assert np.array_equal(
+        found["probability_towards"], (outcomes_without_ensemble["overturned"] == 1).astype(np.float32)
+    )
+    assert np.array_equal(found["probability_away"], (outcomes_without_ensemble["overturned"] == -1).astype(np.float32))
     assert (found["members"] == 4).all()
     assert (found["scramble_difference_towards"] == 0).all()
 
 
 def test_ensemble_probabilities_equal_those_of_members_run_one_by_one(
-    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, outcomes_without_ensemble: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1))
-    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
+    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, outcomes_without_ensemble, members)
     cell = (1, 0, 2, 1)
     flags = [
         int(
@@ -285,13 +287,13 @@ def test_an_ensemble_is_run_in_pieces_within_the_memory_limit(
 
 
 def test_opposite_azimuths_exchange_the_probabilities_of_both_fall_sides(
-    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, outcomes_without_ensemble: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(
         EnsembleSettings(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02)
     )
-    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
-    assert nominal_outcomes["mirrored"][3:].all()
+    found = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, outcomes_without_ensemble, members)
+    assert outcomes_without_ensemble["mirrored"][3:].all()
     for name in ("probability", "scramble_difference"):
         assert np.array_equal(found[f"{name}_towards"][3:], found[f"{name}_away"][:3])
         assert np.array_equal(found[f"{name}_away"][3:], found[f"{name}_towards"][:3])
@@ -333,12 +335,15 @@ def test_ensembles_whose_members_agree_converge_with_fewer_members() -> None:
 
 
 def test_adaptive_member_count_of_a_cell_ignores_the_other_cells(
-    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, outcomes_without_ensemble: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(amplitude=0.1, b_over_h=0.05))
-    every = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
+    every = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, outcomes_without_ensemble, members)
     some = ensemble_statistics_of_grid(
-        motion_of_two_cycles_with_vertical, nominal_outcomes, members, max_fall_probability_interval_half_width=0.19
+        motion_of_two_cycles_with_vertical,
+        outcomes_without_ensemble,
+        members,
+        max_fall_probability_interval_half_width=0.19,
     )
     assert set(np.unique(some["members"])) == {8, 16, 24}
     assert (every["members"] == 24).all()
@@ -346,12 +351,14 @@ def test_adaptive_member_count_of_a_cell_ignores_the_other_cells(
     for name in ("probability_towards", "scramble_difference_away"):
         assert np.array_equal(every[name][whole], some[name][whole])
     # Whatever stands beside it, a cell has the same members.
-    for flat in np.flatnonzero(nominal_outcomes["mirrored"] == 0)[::7]:
+    for flat in np.flatnonzero(outcomes_without_ensemble["mirrored"] == 0)[::7]:
         place = np.unravel_index(flat, GRID.shape)
         one = GRID.copy_with_dimension_values(
             **{name: GRID[name][[at]] for name, at in zip(GRID.dimension_names, place, strict=True)}
         )
-        own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal_outcomes.items()}
+        own = {
+            name: values[tuple(slice(at, at + 1) for at in place)] for name, values in outcomes_without_ensemble.items()
+        }
         few = EnsembleRunner(PlanarModel(), members, max_fall_probability_interval_half_width=0.19)
         alone = few.choose_cases_and_run_their_ensembles(
             motion_of_two_cycles_with_vertical,
@@ -438,28 +445,30 @@ def test_intervals_with_early_stopping_cover_as_well_as_those_of_16_members() ->
 
 
 def test_ensemble_probabilities_are_missing_where_no_members_were_run(
-    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray]
+    motion_of_two_cycles_with_vertical: Motion, outcomes_without_ensemble: dict[str, np.ndarray]
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4))
     found = ensemble_statistics_of_grid(
-        motion_of_two_cycles_with_vertical, nominal_outcomes, members, run_all_cells=False
+        motion_of_two_cycles_with_vertical, outcomes_without_ensemble, members, run_all_cells=False
     )
-    chosen = mask_of_cases_for_ensemble_runs(nominal_outcomes["overturned"], choose_all_cells=False)
+    chosen = mask_of_cases_for_ensemble_runs(outcomes_without_ensemble["overturned"], choose_all_cells=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)
     assert np.array_equal(found["members"] > 0, chosen)
 
 
 def test_ensemble_probabilities_do_not_depend_on_the_size_of_pieces(
-    motion_of_two_cycles_with_vertical: Motion, nominal_outcomes: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch
+    motion_of_two_cycles_with_vertical: Motion,
+    outcomes_without_ensemble: dict[str, np.ndarray],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings(members=4, amplitude=0.1))
-    whole = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, nominal_outcomes, members)
+    whole = ensemble_statistics_of_grid(motion_of_two_cycles_with_vertical, outcomes_without_ensemble, members)
     monkeypatch.setattr("overturning.study.ensemble.MAX_ROTATED_MOTION_SAMPLES_IN_MEMORY", 1)
     reports: list[tuple[int, int]] = []
     pieces = ensemble_statistics_of_grid(
         motion_of_two_cycles_with_vertical,
-        nominal_outcomes,
+        outcomes_without_ensemble,
         members,
         progress=lambda done, total: reports.append((done, total)),
     )

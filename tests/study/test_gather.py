@@ -35,10 +35,20 @@ STUDY = study_from_content(
     {"name": "small", "records": {"use": list(RECORD_NAMES)}, **GRID_AND_ENSEMBLE_SETTINGS}, "test"
 )
 ZERO_SAMPLES = np.zeros(10)
-SITE_FIELDS = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
+STATION_LOCATION_AND_FAULT_STRIKE = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
 EXTRA_FIELDS = {"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3}
 RECORDS = [
-    Record("first", ZERO_SAMPLES, ZERO_SAMPLES, None, 0.01, station="A", event="E", **SITE_FIELDS, extra=EXTRA_FIELDS),
+    Record(
+        "first",
+        ZERO_SAMPLES,
+        ZERO_SAMPLES,
+        None,
+        0.01,
+        station="A",
+        event="E",
+        **STATION_LOCATION_AND_FAULT_STRIKE,
+        extra=EXTRA_FIELDS,
+    ),
     Record("second", ZERO_SAMPLES, ZERO_SAMPLES, ZERO_SAMPLES, 0.01, station="<script>", event="E"),
 ]
 

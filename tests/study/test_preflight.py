@@ -241,12 +241,12 @@ def test_a_study_that_is_too_large_is_refused_with_its_size() -> None:
         ),
     ],
 )
-def test_cases_that_cannot_be_simulated_are_refused_before_the_run(keys: dict[str, Any], message: str) -> None:
+def test_unusable_simulation_settings_are_refused_before_the_run(keys: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=re.escape(message)):
         preflight_notes_on_records(study_of_record("wtmc", **keys))
 
 
-def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_measured_one() -> None:
+def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_stored_measurement() -> None:
     measured = pd.read_csv(ROOT / "verification/results/x86-64-2-cores.csv").set_index("quantity")["value"]
     processor_s = float(measured["default study, whole run: processor time"])
     assert (

@@ -71,12 +71,12 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
         seen.append((relief, np.asarray(cases.azimuth_deg)))
         falls = np.full(cases.case_count, relief <= limit)
 
-        class StubResults:
+        class StubCaseResults:
             block_steps = np.ones(cases.case_count, np.int64)
             overturned = falls.astype(np.int8)
             fall_azimuth = np.where(falls, 30.0, np.nan)
 
-        return StubResults()
+        return StubCaseResults()
 
     class StubMotion:
         sample_count = 100

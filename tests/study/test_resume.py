@@ -136,7 +136,7 @@ def test_resuming_removes_only_files_of_records_dropped_from_the_study(tmp_path:
     assert remove_files_of_dropped_records(tmp_path / "none", ["kept"]) == {}
 
 
-def test_a_deleted_figure_causes_all_figures_to_be_made_again(tmp_path: Path) -> None:
+def test_a_deleted_figure_makes_its_workflow_rule_run_again(tmp_path: Path) -> None:
     figures = tmp_path / "figures"
     (figures / "illustrative").mkdir(parents=True)
     for name in ("1-response.svg", "illustrative.json"):

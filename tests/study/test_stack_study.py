@@ -165,7 +165,7 @@ def test_a_study_passed_to_a_job_as_json_stays_a_stack(step: int) -> None:
     assert read.is_stack
 
 
-def test_a_complete_planar_study_of_an_earlier_version_stays_planar() -> None:
+def test_a_planar_study_saved_with_all_settings_by_an_earlier_version_stays_planar() -> None:
     plane = study_from_content(SMALL_STUDY | {"orientation": None}, "plane")
     content = study_settings_with_file_names_for_absolute_paths(plane) | {"orientation": {"start": 0.0, "step": 5.0}}
     assert study_from_content(content, "earlier") == plane

@@ -17,7 +17,7 @@ from overturning.surveys.directions_in_space import (
 )
 from overturning.surveys.displacements import StoredDisplacementComparison, compare_falls_shifts_and_twists
 from overturning.surveys.stones import OCTANTS, read_survey_table
-from tests.surveys.test_displacements import CUBE_GRID, cube_of_standing_stones_with_given_values
+from tests.surveys.test_displacements import CUBE_GRID, cube_of_unmoved_stones_except_given_values
 
 
 def compare_directions_of_survey(
@@ -53,7 +53,7 @@ def test_log_likelihood_ratio_and_octants_match_hand_computation(tmp_path: Path)
     """
     rows = "A,fell N,0,0.5,0.3,3\nA,fell S,0,0.5,0.3,1\nA,fell,0,0.5,0.3,2\nA,stands,0,0.5,0.3,5\n"
     found = compare_directions_of_survey(
-        tmp_path, rows, cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=0.0), background=0.2
+        tmp_path, rows, cube_of_unmoved_stones_except_given_values(overturned=1.0, fall_azimuth=0.0), background=0.2
     )
     assert (
         found.fallen_in_known_direction,
@@ -76,7 +76,7 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
     """The log likelihood ratio is −∞, and every random survey has a ratio at least as large, so that p = 1."""
     path = tmp_path / "stones.csv"
     path.write_text("outcome,count\nfell N,3\nfell S,1\n", encoding="utf-8")
-    cube = cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=0.0)
+    cube = cube_of_unmoved_stones_except_given_values(overturned=1.0, fall_azimuth=0.0)
     found = compare_falls_shifts_and_twists(read_survey_table(path), cube, random_fall_direction_share=0.0)
     write_result_as_json(StoredDisplacementComparison("s", "x", "a", found), tmp_path / "comparison.json")
     stored = read_json_result(StoredDisplacementComparison, tmp_path / "comparison.json", "survey")
@@ -100,14 +100,14 @@ def test_each_stone_is_compared_with_falls_of_its_own_face_and_site(tmp_path: Pa
     A square stone that faces 90° equals one that faces 0°.
     """
     orientation = np.asarray(CUBE_GRID["orientation"])[:, None, None, None]
-    cube = cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=orientation)
+    cube = cube_of_unmoved_stones_except_given_values(overturned=1.0, fall_azimuth=orientation)
     assert compare_directions_of_survey(
         tmp_path, "A,fell 45,45,0.5,0.3,1\n", cube
     ).predicted_mean_direction_deg == pytest.approx(45.0)
     assert compare_directions_of_survey(
         tmp_path, "A,fell 45,90,0.5,0.3,1\n", cube
     ).predicted_mean_direction_deg % 360 == pytest.approx(0.0)
-    other = {"B": cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=270.0)}
+    other = {"B": cube_of_unmoved_stones_except_given_values(overturned=1.0, fall_azimuth=270.0)}
     found = compare_directions_of_survey(tmp_path, "B,fell W,45,0.5,0.3,1\n", cube, sites=other)
     assert found.predicted_mean_direction_deg == pytest.approx(270.0)
 
@@ -116,7 +116,7 @@ def test_stones_without_a_computed_fall_are_predicted_to_fall_at_random(tmp_path
     flags = np.array([0.0, np.nan, 1.0])[:, None]
     rows = "A,fell N,0,0.5,0.3,2\nA,fell E,0,0.5,0.4,3\nA,fell S,0,0.5,0.5,1\n"
     found = compare_directions_of_survey(
-        tmp_path, rows, cube_of_standing_stones_with_given_values(overturned=flags, fall_azimuth=180.0)
+        tmp_path, rows, cube_of_unmoved_stones_except_given_values(overturned=flags, fall_azimuth=180.0)
     )
     assert (
         found.fallen_in_known_direction,
@@ -126,12 +126,12 @@ def test_stones_without_a_computed_fall_are_predicted_to_fall_at_random(tmp_path
     assert found.log_likelihood_ratio == pytest.approx(np.log(8 * 0.95 + 0.05)), "of the last stone alone"
 
 
-def test_a_survey_of_stones_that_stand_has_no_directions(tmp_path: Path) -> None:
+def test_no_direction_comparison_without_known_fall_directions(tmp_path: Path) -> None:
     path = tmp_path / "stones.csv"
     path.write_text("outcome\nstands\nfell direction unknown\n", encoding="utf-8")
     assert (
         compare_falls_shifts_and_twists(
-            read_survey_table(path), cube_of_standing_stones_with_given_values(overturned=1.0)
+            read_survey_table(path), cube_of_unmoved_stones_except_given_values(overturned=1.0)
         ).fall_direction_comparison
         is None
     )
@@ -142,7 +142,7 @@ def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: 
     generator = np.random.default_rng(11)
     shape = tuple(len(one) for one in CUBE_GRID.values())
     azimuth = (60.0 + generator.normal(0.0, 30.0, shape)) % 360.0
-    cube = cube_of_standing_stones_with_given_values(overturned=1.0, fall_azimuth=azimuth)
+    cube = cube_of_unmoved_stones_except_given_values(overturned=1.0, fall_azimuth=azimuth)
     falls = [azimuth[tuple(int(generator.integers(size)) for size in shape)] for _ in range(25)]
 
     def comparison_of_rotated_survey(turn: float, common_turn_deg: float = 0.0) -> FallDirectionComparisonIn3D:
@@ -173,7 +173,7 @@ def test_report_distinguishes_cells_without_outcome_from_stones_outside_the_grid
     path = tmp_path / "stones.csv"
     path.write_text(f"outcome,b_over_h\nfell N,{b_over_h}\nstands,{b_over_h}\n", encoding="utf-8")
     found = compare_falls_shifts_and_twists(
-        read_survey_table(path), cube_of_standing_stones_with_given_values(overturned=np.nan)
+        read_survey_table(path), cube_of_unmoved_stones_except_given_values(overturned=np.nan)
     )
     results = survey_displacement_findings(StoredDisplacementComparison("s", "x", "a", found))
     assert sentence in render_template_as_markdown(

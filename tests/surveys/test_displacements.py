@@ -27,7 +27,7 @@ CUBE_GRID: dict[str, Any] = {
 }
 
 
-def cube_of_standing_stones_with_given_values(**values: Any) -> xr.Dataset:
+def cube_of_unmoved_stones_except_given_values(**values: Any) -> xr.Dataset:
     """Return a 3-D cube on `CUBE_GRID` of stones that neither fall nor move, but for the given variables."""
     shape = tuple(len(one) for one in CUBE_GRID.values())
     nothing = {
@@ -68,7 +68,7 @@ def test_shares_and_medians_of_a_survey_match_hand_counts(tmp_path: Path) -> Non
     )
     slips = np.array([0.0, 0.03])
     found = compare_falls_shifts_and_twists(
-        stones, cube_of_standing_stones_with_given_values(residual_slip_east=-slips, residual_twist=[0.0, -8.0])
+        stones, cube_of_unmoved_stones_except_given_values(residual_slip_east=-slips, residual_twist=[0.0, -8.0])
     )
     assert (found.fell, found.stood, found.standing_stones_without_standing_simulation) == (2, 9, 0)
     assert found.similar_computed_case_count == 2, "one orientation, height and B/H, two frictions"
@@ -89,7 +89,7 @@ def test_shares_and_medians_of_a_survey_match_hand_counts(tmp_path: Path) -> Non
 def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path: Path) -> None:
     """The computed twist identifies the case: 100 × orientation + 10 × height + B/H index + 5, degrees."""
     names = 100.0 * np.arange(6)[:, None, None, None] + 10.0 * np.arange(2)[:, None, None] + np.arange(3)[:, None]
-    cube = cube_of_standing_stones_with_given_values(residual_twist=names + 5.0)
+    cube = cube_of_unmoved_stones_except_given_values(residual_twist=names + 5.0)
 
     def computed_twist_and_case_count(row: str) -> tuple[float, int]:
         found = compare_falls_shifts_and_twists(survey_table_of_rows(tmp_path, row), cube)
@@ -111,7 +111,9 @@ def test_intervals_of_a_survey_drawn_from_a_cube_contain_the_values_of_the_cube(
     falls = (generator.random(shape) < np.array([0.2, 0.4, 0.1])[:, None]).astype(float)
     twists = np.where(falls == 1, np.nan, generator.normal(2.0, 5.0, shape))
     slips = np.where(falls == 1, 0.0, generator.exponential(0.015, shape))
-    cube = cube_of_standing_stones_with_given_values(overturned=falls, residual_twist=twists, residual_slip_north=slips)
+    cube = cube_of_unmoved_stones_except_given_values(
+        overturned=falls, residual_twist=twists, residual_slip_north=slips
+    )
     rows = []
     for _ in range(500):
         at = tuple(int(generator.integers(size)) for size in shape)
@@ -136,13 +138,13 @@ def test_stones_that_stand_where_the_study_has_only_falls_are_counted(tmp_path: 
     falls = np.array([1.0, 0.0, 0.0])[:, None]
     stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,2\nA,shifted 2 cm,0,0.5,0.5,1\n")
     found = compare_falls_shifts_and_twists(
-        stones, cube_of_standing_stones_with_given_values(overturned=falls, residual_slip_north=0.02)
+        stones, cube_of_unmoved_stones_except_given_values(overturned=falls, residual_slip_north=0.02)
     )
     assert (found.standing_stones_without_standing_simulation, found.stood) == (2, 3)
     assert compared_statistics_by_name(found)["shifted"].computed == 1.0, "of the stone that can stand"
     nowhere = compare_falls_shifts_and_twists(
         survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,2\n"),
-        cube_of_standing_stones_with_given_values(overturned=1.0),
+        cube_of_unmoved_stones_except_given_values(overturned=1.0),
     )
     assert np.isnan(compared_statistics_by_name(nowhere)["shifted"].computed)
 
@@ -152,7 +154,7 @@ def test_stones_without_a_computed_outcome_are_counted_as_such(tmp_path: Path) -
     stones = survey_table_of_rows(
         tmp_path, "A,stands,0,0.5,0.3,2\nA,fell,0,0.5,0.3,3\nA,stands,0,0.5,0.4,1\nA,stands,0,0.5,0.5,4\n"
     )
-    found = compare_falls_shifts_and_twists(stones, cube_of_standing_stones_with_given_values(overturned=unknown))
+    found = compare_falls_shifts_and_twists(stones, cube_of_unmoved_stones_except_given_values(overturned=unknown))
     assert (
         found.stones_without_computed_outcome,
         found.standing_stones_without_standing_simulation,
@@ -169,7 +171,7 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
         "stands,0.24,,1\nfell,0.23,,2\nstands,0.62,,4\nstands,0.64,,8\nstands,0.3,0.37,16\nfell,0.3,0.4,32\n",
         encoding="utf-8",
     )
-    cube = cube_of_standing_stones_with_given_values(overturned=[[1.0], [0.0], [0.0]]).expand_dims(aspect=[1.0])
+    cube = cube_of_unmoved_stones_except_given_values(overturned=[[1.0], [0.0], [0.0]]).expand_dims(aspect=[1.0])
     found = compare_falls_shifts_and_twists(read_survey_table(path), cube)
     assert (
         found.stones_far_outside_shape_grid,
@@ -209,8 +211,8 @@ def test_a_stone_described_from_its_narrow_face_gives_the_same_comparison(tmp_pa
 def test_displacements_of_each_site_are_compared_with_its_cube(tmp_path: Path) -> None:
     stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,1\nB,stands,0,0.5,0.3,1\n")
     still, moved = (
-        cube_of_standing_stones_with_given_values(),
-        cube_of_standing_stones_with_given_values(residual_slip_north=0.05),
+        cube_of_unmoved_stones_except_given_values(),
+        cube_of_unmoved_stones_except_given_values(residual_slip_north=0.05),
     )
     found = compare_falls_shifts_and_twists(stones, still, {"B": moved})
     assert compared_statistics_by_name(found)["shifted"].computed == 0.5
@@ -224,7 +226,7 @@ def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -
     fell = compared_statistics_by_name(
         compare_falls_shifts_and_twists(
             survey_table_of_rows(tmp_path, "A,fell,0,0.5,0.3,4\n"),
-            cube_of_standing_stones_with_given_values(overturned=1.0),
+            cube_of_unmoved_stones_except_given_values(overturned=1.0),
         )
     )["fell"]
     assert (fell.observed_stone_count, fell.computed) == (0, 1.0)
@@ -233,8 +235,8 @@ def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -
     fell = compared_statistics_by_name(
         compare_falls_shifts_and_twists(
             both,
-            cube_of_standing_stones_with_given_values(),
-            {"B": cube_of_standing_stones_with_given_values(overturned=1.0)},
+            cube_of_unmoved_stones_except_given_values(),
+            {"B": cube_of_unmoved_stones_except_given_values(overturned=1.0)},
         )
     )["fell"]
     assert (fell.observed_stone_count, fell.observed, fell.computed) == (4, 0.25, 0.0), (
@@ -245,15 +247,17 @@ def test_a_survey_of_fallen_stones_only_has_no_share_that_fell(tmp_path: Path) -
 def test_2_d_cubes_empty_surveys_and_wrong_shares_of_random_directions_are_refused(tmp_path: Path) -> None:
     stones = survey_table_of_rows(tmp_path, "A,stands,0,0.5,0.3,1\n")
     with pytest.raises(ArgumentError, match="cube: of 2-D blocks"):
-        compare_falls_shifts_and_twists(stones, cube_of_standing_stones_with_given_values().drop_vars("residual_twist"))
+        compare_falls_shifts_and_twists(
+            stones, cube_of_unmoved_stones_except_given_values().drop_vars("residual_twist")
+        )
     with pytest.raises(ArgumentError, match="stones: none counts"):
         compare_falls_shifts_and_twists(
-            survey_table_of_rows(tmp_path, "A,broken,0,0.5,0.3,1\n"), cube_of_standing_stones_with_given_values()
+            survey_table_of_rows(tmp_path, "A,broken,0,0.5,0.3,1\n"), cube_of_unmoved_stones_except_given_values()
         )
     for share in (1.0, 1.5, -0.1, np.nan):
         with pytest.raises(ArgumentError, match=r"background: .*; a share from 0 to below 1"):
             compare_falls_shifts_and_twists(
-                stones, cube_of_standing_stones_with_given_values(), random_fall_direction_share=share
+                stones, cube_of_unmoved_stones_except_given_values(), random_fall_direction_share=share
             )
 
 
@@ -263,7 +267,7 @@ def test_displacement_findings_are_in_centimetres(tmp_path: Path) -> None:
         "s",
         "x",
         "a",
-        compare_falls_shifts_and_twists(stones, cube_of_standing_stones_with_given_values(residual_slip_east=0.03)),
+        compare_falls_shifts_and_twists(stones, cube_of_unmoved_stones_except_given_values(residual_slip_east=0.03)),
     )
     found = survey_displacement_findings(stored)
     shift = next(one for one in found.all_sites.compared_shares_and_medians if one.share_or_median_name == "shift_m")

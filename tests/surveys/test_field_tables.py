@@ -257,7 +257,9 @@ def test_a_note_counts_the_stones_counted_neither_as_fallen_nor_standing(tmp_pat
         ("fell,Azimuth (rad)", "yes,1", "did you mean azimuth_deg"),
     ],
 )
-def test_contradictory_rows_are_refused_with_the_reason(tmp_path: Path, header: str, cells: str, message: str) -> None:
+def test_contradictory_or_invalid_rows_and_headers_are_refused(
+    tmp_path: Path, header: str, cells: str, message: str
+) -> None:
     with pytest.raises(RecordError, match=message):
         write_and_read_survey_table(tmp_path, f"{header}\n{cells}\n")
 

@@ -90,7 +90,7 @@ def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     )
 
 
-def stone_of_round_column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
+def fallen_or_standing_round_column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
     """Return a round column of a size (height, m, and B/H) that fell to an azimuth, or stood if it is NaN.
 
     The azimuth is in degrees.
@@ -112,7 +112,7 @@ def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Pat
 
 def test_outcome_probabilities_of_a_stone_add_up_to_1(inversion_with_known_outcomes: SurveyInversion) -> None:
     chances = inversion_with_known_outcomes.outcome_probabilities(
-        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0])
+        fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0])
     )
     assert chances.shape == (2, SIMULATED_PGV_M_S.size, MOTION_ROTATION_COUNT, DIRECTION_BIN_COUNT + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
@@ -139,9 +139,9 @@ def test_without_stones_the_posterior_is_the_prior_and_pgv_is_unbounded(
 def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known_outcomes: SurveyInversion) -> None:
     """Under the stub that replaces the kernel, the three columns fall from a PGV of 0.57, 0.82 and 1.14 m/s on."""
     stones = [
-        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 8),
-        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1], 0, 8),
-        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=8),
+        fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 8),
+        fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1], 0, 8),
+        fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=8),
     ]
     one = inversion_with_known_outcomes.compute_posterior(
         inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(stones)
@@ -151,7 +151,7 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
     logs = inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
-        [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth) for azimuth in (0, 20, 350, 40)]
+        [fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth) for azimuth in (0, 20, 350, 40)]
     )
     assert (
         inversion_with_known_outcomes.compute_posterior(
@@ -166,7 +166,7 @@ def test_fallen_and_standing_stones_bound_the_peak_velocity(inversion_with_known
 def test_rotating_the_survey_rotates_the_axis_of_the_motion(inversion_with_known_outcomes: SurveyInversion) -> None:
     def axis_arc_middle_and_width_of_rotated_survey(turn: float) -> tuple[float, float]:
         stones = [
-            stone_of_round_column(size, (way + turn) % 360, 4)
+            fallen_or_standing_round_column(size, (way + turn) % 360, 4)
             for size, way in zip(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H, (0, 10, 180), strict=True)
         ]
         return inversion_with_known_outcomes.compute_posterior(
@@ -186,7 +186,7 @@ def test_probability_of_an_octant_is_the_sum_of_its_direction_bins(
     assert (outcome_indices_matching_observation(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [
         inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
-            [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth)]
+            [fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth)]
         ).sum(axis=0)
         for azimuth in range(25, 70, 5)
     ]
@@ -201,7 +201,7 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
     lost = Stone(True, math.nan, False, b_over_h=0.2, height_m=0.9, has_round_plan=True)
     ways = [
         inversion_with_known_outcomes.fall_and_direction_log_likelihoods_of_survey(
-            [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth)]
+            [fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], azimuth)]
         ).sum(axis=0)
         for azimuth in range(0, 360, 5)
     ]
@@ -220,14 +220,14 @@ def test_probability_of_an_unknown_direction_is_the_sum_of_all_bins(
 
 def test_falls_alone_give_the_peak_velocity_no_upper_bound(inversion_with_known_outcomes: SurveyInversion) -> None:
     asked = inversion_with_known_outcomes.invert_survey(
-        "ruin.csv", [stone_of_round_column(size, 0, 6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
+        "ruin.csv", [fallen_or_standing_round_column(size, 0, 6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     )
     low, high = asked.posterior.credible_interval(asked.posterior.pgv_by_motion_and_level)
     assert low > 0.6
     assert high == math.inf
     assert inferred_motion_findings(asked).has_no_upper_strength_bound
     stood = inversion_with_known_outcomes.invert_survey(
-        "ruin.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
+        "ruin.csv", [fallen_or_standing_round_column(size, count=6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     )
     assert stood.posterior.credible_interval(stood.posterior.pgv_by_motion_and_level)[0] == 0.0
     assert inferred_motion_findings(stood).has_no_lower_strength_bound
@@ -239,13 +239,13 @@ def test_survey_with_only_falls_has_an_uninformative_axis_arc(inversion_with_kno
     An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
     """
     fell = [
-        stone_of_round_column(size, azimuth, 4)
+        fallen_or_standing_round_column(size, azimuth, 4)
         for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H
         for azimuth in (350, 0, 10)
     ]
     every, some = (
         inversion_with_known_outcomes.invert_survey("ruin.csv", stones)
-        for stones in (fell, [*fell, stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2])])
+        for stones in (fell, [*fell, fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2])])
     )
     assert some.credible_axis_arc_middle_and_width_deg == some.posterior.credible_axis_arc_middle_and_width_deg()
     assert (
@@ -266,7 +266,7 @@ def test_survey_with_only_falls_has_an_uninformative_axis_arc(inversion_with_kno
     )
     assert held.mean() == pytest.approx(0.9, abs=0.01)
     nothing = inversion_with_known_outcomes.invert_survey(
-        "none.csv", [stone_of_round_column(size, count=6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
+        "none.csv", [fallen_or_standing_round_column(size, count=6) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     )
     assert not nothing.everything_fell
 
@@ -279,8 +279,8 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
     odd = inversion_with_known_outcomes.invert_survey(
         "odd.csv",
         [
-            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 0, 12),
-            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], count=12),
+            fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 0, 12),
+            fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], count=12),
         ],
     )
     assert odd.goodness_of_fit_p_value < 0.01
@@ -288,8 +288,8 @@ def test_a_survey_that_no_motion_explains_does_not_fit(inversion_with_known_outc
     even = inversion_with_known_outcomes.invert_survey(
         "even.csv",
         [
-            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 12),
-            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=12),
+            fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 12),
+            fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=12),
         ],
     )
     assert even.goodness_of_fit_p_value > 0.1
@@ -304,13 +304,13 @@ def test_missing_sizes_are_counted_and_weighted_by_the_population(
         Stone(True, 60, False, 2, height_m=0.75),
     )
     answer = inversion_with_known_outcomes.invert_survey(
-        "x.csv", [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0)]
+        "x.csv", [fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0)]
     )
     assert not inferred_motion_findings(
-        answer, [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0])]
+        answer, [fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0])]
     ).has_assumed_sizes
     found = inferred_motion_findings(
-        answer, [stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0]), tall, shaped]
+        answer, [fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0]), tall, shaped]
     )
     assert (found.stones_without_height, found.stones_without_b_over_h) == (4, 2)
     heights, shapes = (
@@ -327,9 +327,9 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
     Even with the setting `surveys: [{background: 0}]` no outcome is impossible.
     """
     stones = [
-        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 8),
-        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 180, 1),
-        stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=8),
+        fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 8),
+        fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], 180, 1),
+        fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=8),
     ]
     logs = replace(
         inversion_with_known_outcomes, random_outcome_share=0.0
@@ -345,7 +345,7 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
 
 
 def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_known_outcomes: SurveyInversion) -> None:
-    stones = [stone_of_round_column(size, count=4) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
+    stones = [fallen_or_standing_round_column(size, count=4) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     loose = SurveyInversion(inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.8)
     bound, less = (
         one.compute_posterior(one.fall_and_direction_log_likelihoods_of_survey(stones))
@@ -405,7 +405,7 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
     factors = np.linspace(0.6, 0.9, 24)
     result = simulate_cases("circle", truth.motion, Cases(0.0, height, shape, 0.7, factors))
     stones = [
-        stone_of_round_column(
+        fallen_or_standing_round_column(
             (height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan
         )
         for i in range(24)
@@ -518,7 +518,7 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
     The stand-in of the kernel returns a direction that names height, B/H, friction, level and face of its case.
     """
 
-    def direction_bin_from_case_parameters(height, shape, friction, amplitude, azimuth):  # one of 72 bins
+    def arbitrary_direction_bin_encoding_case(height, shape, friction, amplitude, azimuth):  # one of 72 bins
         parts = [
             np.searchsorted(grid, value * 1.001) - 1
             for grid, value in ((SIMULATED_HEIGHTS_M, height), (SIMULATED_B_OVER_H, shape))
@@ -529,7 +529,7 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
     def fake_falls_with_azimuths_from_case_parameters(
         shape: str, motion: Motion, cases: Cases, numerics: NumericalOptions
     ) -> SimpleNamespace:
-        bins = direction_bin_from_case_parameters(
+        bins = arbitrary_direction_bin_encoding_case(
             cases.height, cases.b_over_h, cases.friction, cases.amplitude, cases.azimuth_deg
         )
         return SimpleNamespace(overturned=np.ones(bins.size), fall_azimuth=5.0 * bins)
@@ -540,7 +540,7 @@ def test_each_combination_of_size_friction_pgv_and_face_is_simulated(
     found = stone_outcomes.simulate_outcomes_of_sizes(one, 2.0, nodes, 1)
     assert found.shape == (3, len(SIMULATED_FRICTIONS), SIMULATED_PGV_M_S.size, 12)
     for (h, b), f, at, o in ((nodes[n], f, at, o) for n, f, at, o in np.argwhere(found >= 0)[::7].tolist()):
-        expected = direction_bin_from_case_parameters(
+        expected = arbitrary_direction_bin_encoding_case(
             SIMULATED_HEIGHTS_M[h],
             SIMULATED_B_OVER_H[b],
             SIMULATED_FRICTIONS[f],
@@ -561,12 +561,12 @@ def test_motion_is_estimated_for_each_site_and_for_all_together(
 ) -> None:
     """With a flat prior the posterior of independent sites is proportional to the product of their posteriors."""
     at_a = [
-        replace(stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 4), site="A"),
-        replace(stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=3), site="A"),
+        replace(fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0, 4), site="A"),
+        replace(fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=3), site="A"),
     ]
     at_b = [
-        replace(stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1], 10, 2), site="B"),
-        replace(stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=2), site="B"),
+        replace(fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1], 10, 2), site="B"),
+        replace(fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=2), site="B"),
     ]
     found = inversion_with_known_outcomes.invert_survey("ruin.csv", [*at_a, at_b[0], at_b[1]])
     alone = [inversion_with_known_outcomes.invert_survey("ruin.csv", part) for part in (at_a, at_b)]
@@ -600,8 +600,8 @@ def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_o
     ).invert_survey(
         "ruin.csv",
         [
-            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0),
-            stone_of_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1]),
+            fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[0], 0),
+            fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[1]),
         ],
     )
     write_inversion_result(asked, tmp_path / "motion.nc")

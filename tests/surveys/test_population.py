@@ -32,7 +32,7 @@ from overturning.units import STANDARD_GRAVITY
 SAMPLING_INTERVAL = 0.01
 
 
-def sine_pulse_motion(peak: float, period: float, azimuth_deg: float = 0.0) -> Motion:
+def motion_of_one_sine_cycle_after_rest(peak: float, period: float, azimuth_deg: float = 0.0) -> Motion:
     """Return one sine of a peak, m/s², and a period, s, towards an azimuth."""
     sine = peak * np.sin(2 * np.pi * np.arange(0, period + SAMPLING_INTERVAL, SAMPLING_INTERVAL) / period)
     sine = np.concatenate([sine, np.zeros(5)])
@@ -58,12 +58,12 @@ def simulated_cube(motion: Motion, **axes: list[float]) -> xr.Dataset:
 
 def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     # A pulse towards the east throws a slender stone west, or east after an impact: never north or south.
-    stones = equal_stones(0.7, 0.15, 0.8, 0.0, count=2)
+    stones = stones_of_equal_height_shape_friction_and_face(0.7, 0.15, 0.8, 0.0, count=2)
     stones = replace(stones, face_azimuth_deg=np.array([90.0, 0.0]))
     size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
     weak, strong = (
         take_stone_outcomes_from_neighbouring_cases(
-            simulated_cube(sine_pulse_motion(4.0, 1.0, 90).scaled_by(f), **size), stones
+            simulated_cube(motion_of_one_sine_cycle_after_rest(4.0, 1.0, 90).scaled_by(f), **size), stones
         )
         for f in (0.01, 1.0)
     )
@@ -79,7 +79,7 @@ def test_fall_rate_from_a_cube_matches_stones_simulated_singly() -> None:
     The cube is a grid of B/H, heights and µ.
     """
     population = StonePopulation(width=LengthRange(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
-    motion = sine_pulse_motion(4.0, 0.8)
+    motion = motion_of_one_sine_cycle_after_rest(4.0, 0.8)
     stones = sample_stones(population)
     cells = simulate(
         motion,
@@ -111,7 +111,7 @@ def test_2d_model_gives_no_shift_rate_where_the_3d_model_finds_sliding() -> None
     along = 0.28 * STANDARD_GRAVITY * np.sin(np.pi * np.arange(101) / 100)
     motion = Motion(along, along, sampling_interval=SAMPLING_INTERVAL)
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
-    stone, few = equal_stones(0.5, 0.8, 0.3, 0.0), StonePopulation(shifted=0.01)
+    stone, few = stones_of_equal_height_shape_friction_and_face(0.5, 0.8, 0.3, 0.0), StonePopulation(shifted=0.01)
     planes = outcome_rates_at_each_amplitude_factor(
         take_stone_outcomes_from_neighbouring_cases(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few
     )
@@ -144,7 +144,7 @@ def cube_with_values_as_flags_and_fall_times(values: np.ndarray, **grid: list[fl
     return xr.Dataset({name: (tuple(grid), values) for name in ("overturned", "overturning_time")}, grid)
 
 
-def equal_stones(*size: float, count: int = 1) -> SampledStones:
+def stones_of_equal_height_shape_friction_and_face(*size: float, count: int = 1) -> SampledStones:
     """Return equal stones of a height, B/H, µ and face, with evenly spaced random numbers."""
     lot = np.tile((np.arange(count) + 0.5) / count, (3, 1))
     return SampledStones(*(np.full(count, value) for value in size), lot)
@@ -160,9 +160,11 @@ def test_rocking_stone_takes_no_outcome_from_a_case_where_blocks_slide() -> None
     site = cube_with_values_as_flags_and_fall_times(
         values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0]
     )
-    assert take_stone_outcomes_from_neighbouring_cases(site, equal_stones(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
+    assert take_stone_outcomes_from_neighbouring_cases(
+        site, stones_of_equal_height_shape_friction_and_face(0.6, 0.4, 0.5, 0.0, count=200)
+    ).fell.all()
     assert not take_stone_outcomes_from_neighbouring_cases(
-        site, equal_stones(0.6, 0.55, 0.5, 0.0, count=200)
+        site, stones_of_equal_height_shape_friction_and_face(0.6, 0.55, 0.5, 0.0, count=200)
     ).fell.any()
 
 
@@ -174,7 +176,7 @@ def test_stone_with_an_unknown_outcome_in_one_plane_has_no_outcome(flag: float) 
     """
     found = take_stone_outcomes_from_neighbouring_cases(
         cube_with_values_as_flags_and_fall_times(np.reshape([flag, np.nan], (2, 1, 1, 1))),
-        equal_stones(0.6, 0.4, 0.7, 0.0),
+        stones_of_equal_height_shape_friction_and_face(0.6, 0.4, 0.7, 0.0),
     )
     assert (found.trajectory_has_known_outcome.item(), found.fell.item()) == (False, False)
 
@@ -223,7 +225,9 @@ def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) ->
     site = xr.Dataset({name: (tuple(grid), np.reshape(v, (4, 1, 1, 1, 1))) for name, v in values.items()}, grid)
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
-        stones = replace(equal_stones(0.7, 0.5, 0.7, 0.0, count=4), face_azimuth_deg=face)
+        stones = replace(
+            stones_of_equal_height_shape_friction_and_face(0.7, 0.5, 0.7, 0.0, count=4), face_azimuth_deg=face
+        )
         found = outcome_rates_at_each_amplitude_factor(
             take_stone_outcomes_from_neighbouring_cases(site, stones), StonePopulation(fixed=fixed)
         )
@@ -240,12 +244,20 @@ def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) ->
 @pytest.mark.parametrize(("b_over_h", "outside"), [(0.33, 0.0), (0.3333, 0.0), (0.34, 0.0), (0.32, 1.0), (0.35, 1.0)])
 def test_a_size_that_equals_a_rounded_grid_value_is_not_outside_the_grid(b_over_h: float, outside: float) -> None:
     grid = xr.Dataset(coords={"height": [0.75], "b_over_h": [b_over_h], "friction": [0.7]})
-    assert share_of_stones_outside_grid(grid, equal_stones(0.75, 0.25 / 0.75, 0.7, 0.0, count=4)) == outside
+    assert (
+        share_of_stones_outside_grid(
+            grid, stones_of_equal_height_shape_friction_and_face(0.75, 0.25 / 0.75, 0.7, 0.0, count=4)
+        )
+        == outside
+    )
 
 
 def test_fall_rates_are_computed_for_each_amplitude_factor() -> None:
     """Stones that fall under a motion multiplied by 2 fall at the amplitude factor 2 of the cube."""
-    motion, population = sine_pulse_motion(3.0, 0.8), StonePopulation(width=LengthRange(low=0.1, high=0.3), stones=64)
+    motion, population = (
+        motion_of_one_sine_cycle_after_rest(3.0, 0.8),
+        StonePopulation(width=LengthRange(low=0.1, high=0.3), stones=64),
+    )
     axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
     both = xr.concat(
         [simulated_cube(motion, **axes), simulated_cube(motion.scaled_by(2.0), **axes)],

@@ -268,7 +268,7 @@ def test_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
     assert ("come from levels beyond the records" in text) == refused
 
 
-def write_fragility_hazard_and_survey_files(folder: Path, lowest_level_g: float) -> tuple[Path, Path]:
+def write_survey_and_return_fragility_and_hazard_files(folder: Path, lowest_level_g: float) -> tuple[Path, Path]:
     """Write a fragility curve, a hazard and a survey of one standing stone; return the first two paths.
 
     The log spreads are 0.5 (stones) and 0.3 (records), and the hazard is 1e-4 x^−2.5 a year from `first` to 10 g.
@@ -291,7 +291,7 @@ def test_largest_hazard_compatible_with_survivors_lets_5_percent_stand(
     Stones of random strength and earthquakes are drawn one by one: the survivors are the stronger stones.
     """
     text = run_stood_command(
-        *write_fragility_hazard_and_survey_files(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv"
+        *write_survey_and_return_fragility_and_hazard_files(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv"
     )
     row = next(line for line in text.splitlines() if line.startswith("  all "))
     factor, generator = float(row.split()[-1]), np.random.default_rng(5)
@@ -313,7 +313,7 @@ def test_fall_rate_below_the_first_hazard_level_is_reported(
     """
     spread, rates = math.hypot(0.3, 0.5), []
     for first in (0.155, 0.0155, 0.005):
-        files = write_fragility_hazard_and_survey_files(tmp_path, first)
+        files = write_survey_and_return_fragility_and_hazard_files(tmp_path, first)
         text = run_stood_command(*files, years=800)
         rates.append(
             (

@@ -40,7 +40,7 @@ def test_shipped_stone_outcomes_match_new_simulations(
 
 
 @pytest.mark.long
-def test_simulated_grid_equals_that_of_shipped_outcomes_on_any_processor() -> None:
+def test_case_grid_text_equals_that_of_shipped_outcomes_on_any_processor() -> None:
     """NumPy is run without its code for wide vectors, with which exponentials and logarithms have other last digits."""
     command = [
         sys.executable,

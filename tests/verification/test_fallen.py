@@ -13,7 +13,7 @@ from overturning.model.geometry import reference_element_height_and_b_over_h
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import load_shipped_scene
-from tests.verification.test_stability_scenes import one_second_pulse
+from tests.verification.test_stability_scenes import one_second_sine_cycle
 from verification.stability.checks import (
     flags_match_rotations,
     least_possible_rotation_of_fallen_elements,
@@ -25,7 +25,7 @@ from verification.stability.checks import (
 def simulate_falling_case(scene: Scene) -> CaseResults:
     """Simulate a case in which the stone of a scene falls; of the three-tier grave, only the shaft."""
     return simulate_cases(
-        scene, one_second_pulse(6.0), Cases([180.0], *reference_element_height_and_b_over_h(scene), 0.7)
+        scene, one_second_sine_cycle(6.0), Cases([180.0], *reference_element_height_and_b_over_h(scene), 0.7)
     )
 
 
@@ -69,7 +69,7 @@ def test_overturning_flags_that_contradict_the_rotations_are_reported(
 ) -> None:
     prepared, found = three_tier_grave_and_falling_case()
     answer = results_with_other_rotations_and_flags(prepared, found, turned_deg, flags)
-    assert name_of_first_failed_scene_check(prepared, 0.7, one_second_pulse(6.0), answer) == (
+    assert name_of_first_failed_scene_check(prepared, 0.7, one_second_sine_cycle(6.0), answer) == (
         "" if fits else "flag and rotation"
     )
 

@@ -38,7 +38,7 @@ SETTINGS_BY_STUDY_KIND: dict[str, dict[str, Any]] = {
     | {"scene": "three-tier", "variants": {"monolith": {"scene": "monolith"}}}
     | {"azimuth": {"step": 10}, "ensemble": {"members": 4}},
 }
-SMALLER_RECORD_COUNT, MANY_RECORDS = 1, 3
+SMALLER_RECORD_COUNT, LARGER_RECORD_COUNT = 1, 3
 MAX_MEMORY_GROWTH_OVER_ADDED_DATA_SIZE = (
     1 / 3
 )  # of the bytes of the records that are more, as the cube's types have them
@@ -92,9 +92,9 @@ def result_folders_with_few_and_many_records(
         patch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
         for kind, grid in SETTINGS_BY_STUDY_KIND.items():
             made[kind] = [
-                tmp_path_factory.mktemp(f"{kind}-{records}") for records in (SMALLER_RECORD_COUNT, MANY_RECORDS)
+                tmp_path_factory.mktemp(f"{kind}-{records}") for records in (SMALLER_RECORD_COUNT, LARGER_RECORD_COUNT)
             ]
-            for records, folder in zip((SMALLER_RECORD_COUNT, MANY_RECORDS), made[kind], strict=True):
+            for records, folder in zip((SMALLER_RECORD_COUNT, LARGER_RECORD_COUNT), made[kind], strict=True):
                 study = synthetic_study(records, grid)
                 for variant in variant_names(study):
                     name = "cube.nc" if variant == NOMINAL_VARIANT else f"cube.{variant}.nc"
@@ -128,7 +128,7 @@ def test_memory_of_report_statistics_grows_little_with_each_record(
         statistic(results)  # what is imported and kept on the first call
     few, many = (peak_memory_bytes(statistic, folder) for folder in few_many)
     with open_cube(few_many[0] / "cube.nc", element=None) as cube:
-        more = cube.nbytes / SMALLER_RECORD_COUNT * (MANY_RECORDS - SMALLER_RECORD_COUNT)
+        more = cube.nbytes / SMALLER_RECORD_COUNT * (LARGER_RECORD_COUNT - SMALLER_RECORD_COUNT)
     assert (many - few) / more < MAX_MEMORY_GROWTH_OVER_ADDED_DATA_SIZE, (
         f"{(many - few) / more:.2f} of the records' own size"
     )

@@ -173,7 +173,7 @@ def synthetic_tests_and_stones() -> tuple[ShakingTableTests, StonesWithSimulated
 
 
 @pytest.fixture(scope="module")
-def fall_fractions_by_size_neighbourhood(
+def synthetic_stone_fall_shares_by_size(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
 ) -> FloatArray:
     """Fraction of stones that fall in each neighbourhood of the simulated stones."""
@@ -182,11 +182,11 @@ def fall_fractions_by_size_neighbourhood(
 
 def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
-    fall_fractions_by_size_neighbourhood: FloatArray,
+    synthetic_stone_fall_shares_by_size: FloatArray,
 ) -> None:
     tests, _ = synthetic_tests_and_stones
     centre = index_of_most_likely_size_neighbourhood(
-        fall_fractions_by_size_neighbourhood, tests.fell_by_specimen[1], np.arange(150)
+        synthetic_stone_fall_shares_by_size, tests.fell_by_specimen[1], np.arange(150)
     )
     shape, size = divmod(centre, NEIGHBOURHOOD_CENTRE_HEIGHTS_M.size)
     assert invented_overturning_acceleration(
@@ -196,14 +196,14 @@ def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
 
 def test_models_predict_unseen_synthetic_shaking_table_tests_reliably(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
-    fall_fractions_by_size_neighbourhood: FloatArray,
+    synthetic_stone_fall_shares_by_size: FloatArray,
 ) -> None:
     tests, _ = synthetic_tests_and_stones
     rows, held = model_scores_with_intervals_and_predictions(
         tests,
         {
-            RECTANGLES_MODEL_NAME: fall_fractions_by_size_neighbourhood,
-            PRISMS_MODEL_NAME: fall_fractions_by_size_neighbourhood,
+            RECTANGLES_MODEL_NAME: synthetic_stone_fall_shares_by_size,
+            PRISMS_MODEL_NAME: synthetic_stone_fall_shares_by_size,
         },
         bootstrap_sample_count=40,
     )

@@ -36,7 +36,7 @@ pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
 
 
-def one_second_pulse(peak: float) -> Motion:
+def one_second_sine_cycle(peak: float) -> Motion:
     """Motion of one sine cycle of 1 s with a peak in m/s²."""
     time = np.arange(200) * 0.01
     north = np.where(time <= 1.0, peak * np.sin(2 * np.pi * time), 0.0)
@@ -89,7 +89,7 @@ def test_rocking_thresholds_computed_from_shapes_equal_those_of_the_kernel(name:
 
 
 def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
-    made, motion = load_shipped_scene("three-tier"), one_second_pulse(6.0)
+    made, motion = load_shipped_scene("three-tier"), one_second_sine_cycle(6.0)
     prepared = prepare_scene(made)
     found = simulate_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == CaseStatus.SIMULATED
@@ -114,13 +114,13 @@ def test_the_scene_checks_detect_a_wrong_outcome_of_one_element() -> None:
     for reason, answer in wrong.items():
         assert name_of_first_failed_scene_check(prepared, 0.7, motion, answer) == reason
     assert (
-        name_of_first_failed_scene_check(prepared, 0.7, one_second_pulse(0.1), found)
+        name_of_first_failed_scene_check(prepared, 0.7, one_second_sine_cycle(0.1), found)
         == "fell below the threshold of rocking"
     )
 
 
 @pytest.mark.parametrize("name", SCENE_NAMES)
-def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
+def test_too_soft_scene_contacts_give_status_unstable(name: str) -> None:
     """A scene with too soft contacts is marked unstable, even without motion.
 
     This also holds at a static penetration of 8 widths, with which the faces of a contact pass one another. Too stiff
@@ -131,7 +131,7 @@ def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
         soft = load_shipped_scene(name).model_copy(update={"contacts": (law,)})
         found = simulate_cases(
             soft,
-            one_second_pulse(3.0),
+            one_second_sine_cycle(3.0),
             Cases(0.0, *reference_element_height_and_b_over_h(soft), 0.7, [0.0, 1.0]),
             NumericalOptions(general=True),
         )
@@ -142,7 +142,7 @@ def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
     with pytest.raises(ArgumentError, match="stiffness: static penetration"):
         simulate_cases(
             stiff,
-            one_second_pulse(3.0),
+            one_second_sine_cycle(3.0),
             Cases(0.0, *reference_element_height_and_b_over_h(stiff), 0.7),
             NumericalOptions(general=True),
         )
@@ -151,7 +151,7 @@ def test_a_scene_with_too_soft_contacts_is_marked_unstable(name: str) -> None:
 # Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different
 # sides: number, height, B/H, μ, peak (m/s²), upward over horizontal peak, sampling interval (s), density, contact,
 # step. (Number 53 is left out: with µ < B/H all its landings stay flat, and it slides off the ground, 40 m wide.)
-CASES_WITH_DIFFERENT_FALL_SIDES = (
+GRAVESTONES_WITH_KERNEL_DEPENDENT_FALL_SIDE = (
     (115, 0.3435, 0.3954, 0.5694, -40.97, 0.0, 0.03813, 8441.0, {"static_penetration": 2.751e-4, "damping": 3500.0},
     "0.2061 stable"),
     (122, 1.248, 0.4, 2.55, 132.7, 0.7847, 0.005461, 11520.0, {"static_penetration": 3.014e-7,
@@ -159,7 +159,7 @@ CASES_WITH_DIFFERENT_FALL_SIDES = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("stone", CASES_WITH_DIFFERENT_FALL_SIDES, ids=lambda stone: str(stone[0]))
+@pytest.mark.parametrize("stone", GRAVESTONES_WITH_KERNEL_DEPENDENT_FALL_SIDE, ids=lambda stone: str(stone[0]))
 def test_block_and_scene_kernels_converge_to_the_same_fall_side_and_time(stone: tuple[Any, ...]) -> None:
     """With Cundall's scheme both kernels compute the same motion.
 

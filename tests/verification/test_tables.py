@@ -61,7 +61,7 @@ def test_generated_tables_replace_only_the_text_between_their_markers(tmp_path: 
     assert "newer" in pages[0].read_text(encoding="utf-8"), "what has its marks is published all the same"
 
 
-def test_new_measured_numbers_replace_old_ones(tmp_path: Path) -> None:
+def test_a_measured_number_replaces_only_its_own_old_value(tmp_path: Path) -> None:
     path = tmp_path / "exactness.csv"
     write_measured_numbers([MeasuredNumber("speed", 3.0, "x"), MeasuredNumber("cases", 20_000)], path)
     assert write_measured_numbers(

@@ -17,7 +17,7 @@ def test_the_tutorial_page_shows_the_survey_and_study_of_its_script() -> None:
     assert '"orientation": {"step": 5}, "b_over_h": {"start": 0.1, "stop": 0.6, "step": 0.05}' in page
 
 
-def test_the_tutorial_shows_the_printed_size_of_its_study() -> None:
+def test_the_tutorial_shows_the_cost_estimate_printed_for_its_study() -> None:
     page = (tutorial.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     study = study_from_content(
         {"name": "mine", "records": {"use": ["wtmc"]}, **tutorial.TUTORIAL_STUDY_SETTINGS}, "mine.yaml"
@@ -32,7 +32,7 @@ def test_the_survey_command_prints_what_the_tutorial_shows() -> None:
 
 
 @pytest.mark.long
-def test_the_measured_numbers_of_the_tutorial_are_up_to_date() -> None:
+def test_stored_numbers_of_the_tutorial_equal_a_new_measurement() -> None:
     stored = {one.quantity: one.value for one in read_measured_numbers(RESULT_TABLE_FOLDER / "tutorial.csv")}
     today = {
         one.quantity: one.value

@@ -88,7 +88,7 @@ class StudyWorkflowCopyWithPlanning(StudyWorkflowCopy):
                     load_study_from_file_or_json(word)
         return found
 
-    def execute_commands(self, commands: list[str]) -> None:
+    def execute_steps_in_this_process(self, commands: list[str]) -> None:
         """Execute the steps of a plan in this process, for tests that do not concern Snakemake itself."""
         with chdir(self.folder):
             for command in commands:
@@ -102,7 +102,7 @@ class StudyWorkflowCopyWithPlanning(StudyWorkflowCopy):
                 assert end.value.code == 0, command
 
 
-def result_file_contents(results: Path) -> dict[str, bytes]:
+def reproducible_result_file_contents(results: Path) -> dict[str, bytes]:
     """Contents of all results by path, without logs, run times, chunks, and motions without labels."""
     return {
         str(path.relative_to(results)): path.read_bytes()

@@ -41,7 +41,7 @@ def run_survey_steps(folder: Path, **more: object) -> Path:
     (folder / "config" / "stones.csv").write_text(SURVEY_CSV, encoding="utf-8")
     plan = checkout.plan(**more)
     wanted = ("read", "describe", "surface", "sweep", "gather", "survey")
-    checkout.execute_commands([one for one in plan.commands if one.split()[1] in wanted])
+    checkout.execute_steps_in_this_process([one for one in plan.commands if one.split()[1] in wanted])
     return folder / "results" / "mine"
 
 

@@ -86,7 +86,7 @@ def test_the_first_new_polar_map_is_announced_once(
     assert capsys.readouterr().err == ("" if exists_before else f"First polar map: {figure}\n")
 
 
-def test_error_messages_of_workflow_steps_are_printed_unchanged(
+def test_error_of_a_failed_step_is_printed_once_without_traceback(
     log_handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     emit_event(log_handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "read": 1, "total": 3})
@@ -168,7 +168,9 @@ def test_errors_found_before_a_run_are_printed_in_plain_words(
     assert capsys.readouterr().err == said
 
 
-def test_a_successful_run_prints_only_its_results(log_handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_prints_results_and_warnings_but_no_progress(
+    log_handler: LogHandler, capsys: pytest.CaptureFixture[str]
+) -> None:
     for text in ("Building DAG of jobs...", "Select jobs to execute...", "Complete log(s): x"):
         emit_event(log_handler, text)
     emit_event(log_handler, "sweep 7", event=LogEvent.JOB_FINISHED, job_id=7)

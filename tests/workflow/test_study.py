@@ -19,7 +19,7 @@ from overturning.study.resume import END_CHECKED_FILE_PATTERNS, FILE_END_BYTES_B
 from overturning.study.scenes import variant_grid
 from overturning.study.sources import package_source_hash
 from tests.expect import skip_test_unless_skipping_is_forbidden
-from tests.workflow.conftest import StudyWorkflowCopyWithPlanning, result_file_contents
+from tests.workflow.conftest import StudyWorkflowCopyWithPlanning, reproducible_result_file_contents
 from verification.scale.same_bytes import simulate_study_without_snakemake
 from verification.tables import ROOT
 
@@ -40,7 +40,7 @@ def test_the_research_crate_lists_all_results_with_their_hashes(
     crate = research_crate_entities_by_id(checkout_with_finished_run)
     made = {
         name: sha256(content).hexdigest()
-        for name, content in result_file_contents(checkout_with_finished_run.results).items()
+        for name, content in reproducible_result_file_contents(checkout_with_finished_run.results).items()
     }
     assert {name: one["sha256"] for name, one in crate.items() if one["@type"] == "File"} == {
         name: digest for name, digest in made.items() if name != "ro-crate-metadata.json"
@@ -316,7 +316,7 @@ def test_a_new_title_reruns_only_explorer_findings_report_and_crate(
     these cases in advance.
     """
     checkout = checkout_with_finished_run.copy_to(tmp_path / "checkout")
-    before = result_file_contents(checkout.results)
+    before = reproducible_result_file_contents(checkout.results)
     gone = next((checkout.results / "figures" / "illustrative").glob("*.svg"))
     kept = gone.rename(tmp_path / gone.name)
     plan = checkout.plan(dry_run=False, title="Another title")
@@ -324,8 +324,8 @@ def test_a_new_title_reruns_only_explorer_findings_report_and_crate(
     assert plan.rules == {"illustrative", "explore", "findings", *LAST_RULES}
     assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"
     steps = ("overturning findings", "overturning report")
-    checkout.execute_commands([command for command in plan.commands if command.startswith(steps)])
-    after = result_file_contents(checkout.results)
+    checkout.execute_steps_in_this_process([command for command in plan.commands if command.startswith(steps)])
+    after = reproducible_result_file_contents(checkout.results)
     assert {name for name in after if after[name] != before[name]} == {"findings.json", "report.html", "report.pdf"}
     assert b"Another title" in after["report.html"]
 

@@ -391,7 +391,7 @@ def compute_axes_and_reset_contact_forces(state: Any, contact_total_rows: Any, l
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def add_vertex_contact_forces(
-    state: Any, contact_total_rows: Any, first_vertex_rows: Any, opposite_vertex_rows: Any, lane_count: int
+    state: Any, contact_total_rows: Any, first_vertex_rows: Any, second_vertex_rows_of_pair: Any, lane_count: int
 ) -> None:
     """Add the contact forces at a pair of opposite vertices, for all bodies."""
     for j in range(lane_count):
@@ -399,11 +399,11 @@ def add_vertex_contact_forces(
         rate, left, right = (
             body.point_dashpot_constant_per_mass / (body.tick_length_s * TICKS_PER_STEP),
             load_memory(first_vertex_rows, j),
-            load_memory(opposite_vertex_rows, j),
+            load_memory(second_vertex_rows_of_pair, j),
         )
         p, q, base_contact = (
             load_vertex(first_vertex_rows, j),
-            load_vertex(opposite_vertex_rows, j),
+            load_vertex(second_vertex_rows_of_pair, j),
             load_base_contact(state, j),
         )
         at, on = vertex_contact_point(s, f, p, left), vertex_contact_point(s, f, q, right)
@@ -434,7 +434,7 @@ def add_vertex_contact_forces(
             ),
         )
         store_memory(first_vertex_rows, j, left)
-        store_memory(opposite_vertex_rows, j, right)
+        store_memory(second_vertex_rows_of_pair, j, right)
         store_contact_totals(
             contact_total_rows,
             j,
@@ -600,10 +600,12 @@ _compiled_case_queue_runner = njit(nogil=True, **COMPILE_OPTIONS)(run_case_queue
 
 @njit(nogil=True, **COMPILE_OPTIONS)
 def run_cundall_case_queue(
-    kernel_input: Any, ordered_cases: Any, block_steps_done: Any, trajectory: Any
+    kernel_input: Any, case_numbers_in_queue_order: Any, counter_of_block_steps_done: Any, trajectory: Any
 ) -> tuple[Any, int]:
     """Run a queue of cases like `run_case_queue`, with a compiled-code cache separate from that of the package."""
-    return _compiled_case_queue_runner(kernel_input, ordered_cases, block_steps_done, trajectory)
+    return _compiled_case_queue_runner(
+        kernel_input, case_numbers_in_queue_order, counter_of_block_steps_done, trajectory
+    )
 
 
 cache_compiled_kernel(run_cundall_case_queue)

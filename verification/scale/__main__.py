@@ -41,7 +41,7 @@ def main(
         runs = same_bytes.run_study_in_every_local_way() if "bytes" in chosen else []
         if "slurm" in chosen:
             runs += same_bytes.run_study_on_slurm(
-                result_file_names=(same_bytes.CUBE_FILE_NAME, same_bytes.REPORT_FILE_NAME)
+                result_file_name_of_each_run=(same_bytes.CUBE_FILE_NAME, same_bytes.REPORT_FILE_NAME)
             )
         insert_markdown_between_markers_in_docs(
             {"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs_and_store(runs))}

@@ -71,16 +71,19 @@ def temporary_project_with_study(study_yaml: str) -> Iterator[StudyWorkflowCopy]
 
 
 def run_study_up_to_result_file(
-    workflow_copy: StudyWorkflowCopy, run_label: str, *options: str, result_file_name: str = CUBE_FILE_NAME
+    workflow_copy: StudyWorkflowCopy,
+    run_label_in_result_table: str,
+    *options: str,
+    result_file_name: str = CUBE_FILE_NAME,
 ) -> StudyRunTimeAndResultHash:
     """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
     done = workflow_copy.run(*options, result_file_name=result_file_name)
     if done.returncode:
-        raise RuntimeError(f"{run_label}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
+        raise RuntimeError(f"{run_label_in_result_table}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
     seconds, kept = time.perf_counter() - begin, len(list(workflow_copy.results.glob("sweep/*/*.nc")))
     return StudyRunTimeAndResultHash(
-        run_label,
+        run_label_in_result_table,
         result_file_name,
         seconds,
         hashlib.sha256((workflow_copy.results / result_file_name).read_bytes()).hexdigest(),
@@ -110,7 +113,7 @@ def run_study_locally(
 def run_study_on_slurm(
     study_yaml: str = STUDY_YAML,
     chunk_count_per_record: int = 3,
-    result_file_names: tuple[str, ...] = (CUBE_FILE_NAME,),
+    result_file_name_of_each_run: tuple[str, ...] = (CUBE_FILE_NAME,),
 ) -> list[StudyRunTimeAndResultHash]:
     """Run a study with the SLURM profile on a one-node cluster, for each file; empty if there is no SLURM."""
     if slurm_unavailable_reason():
@@ -121,12 +124,12 @@ def run_study_on_slurm(
             run_study_up_to_result_file(
                 folder, words, *SLURM_OPTIONS, "--set-scatter", f"sweep={chunk_count_per_record}", result_file_name=file
             )
-            for file in result_file_names
+            for file in result_file_name_of_each_run
         ]
 
 
 def simulate_study_without_snakemake(
-    workflow_copy: StudyWorkflowCopy, run_label: str, dask_client: object = None
+    workflow_copy: StudyWorkflowCopy, run_label_in_result_table: str, dask_client: object = None
 ) -> StudyRunTimeAndResultHash:
     """Simulate a study with the package alone, from the motion files of a workflow run, and hash its cube.
 
@@ -150,7 +153,11 @@ def simulate_study_without_snakemake(
     merge_outcome_files_into_cube(settings, records, parts, workflow_copy.folder / "cube.nc")
     content = (workflow_copy.folder / "cube.nc").read_bytes()
     return StudyRunTimeAndResultHash(
-        run_label, CUBE_FILE_NAME, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts)
+        run_label_in_result_table,
+        CUBE_FILE_NAME,
+        time.perf_counter() - begin,
+        hashlib.sha256(content).hexdigest(),
+        len(parts),
     )
 
 

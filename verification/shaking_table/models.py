@@ -54,7 +54,7 @@ def index_of_most_likely_size_neighbourhood(
 
 def fall_prediction_models_by_name(
     tests: ShakingTableTests,
-    rectangle_fall_share_by_size_and_test: FloatArray,
+    rectangle_fall_share_by_neighbourhood_and_test: FloatArray,
     prism_fall_share_by_size_and_test: FloatArray,
 ) -> dict[str, FallPredictionModel]:
     """Return functions by model name that predict fall probabilities of tests from the outcomes of other tests.
@@ -100,9 +100,9 @@ def fall_prediction_models_by_name(
         The share is that of the random rectangles that fall in a test, among those whose B/H and height lie in the
         range that best fits the tests to learn from.
         """
-        share = rectangle_fall_share_by_size_and_test[
+        share = rectangle_fall_share_by_neighbourhood_and_test[
             index_of_most_likely_size_neighbourhood(
-                rectangle_fall_share_by_size_and_test, tests.fell_by_specimen[specimen_number], learning_tests
+                rectangle_fall_share_by_neighbourhood_and_test, tests.fell_by_specimen[specimen_number], learning_tests
             )
         ]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
@@ -112,7 +112,7 @@ def fall_prediction_models_by_name(
 
     return {
         PGA_PGV_LOGISTIC_MODEL_NAME: predict_by_pga_and_pgv,
-        RECTANGLES_MODEL_NAME: prediction_by_most_likely_neighbourhood(rectangle_fall_share_by_size_and_test),
+        RECTANGLES_MODEL_NAME: prediction_by_most_likely_neighbourhood(rectangle_fall_share_by_neighbourhood_and_test),
         ENSEMBLE_AND_PEAKS_MODEL_NAME: fall_probability_by_pga_pgv_and_simulated_share,
         PRISMS_MODEL_NAME: prediction_by_most_likely_neighbourhood(prism_fall_share_by_size_and_test),
     }

@@ -306,7 +306,7 @@ def _dimensionless_groups_of_scene(
 
 
 def collect_stability_map_rows(
-    simulate_and_check: Callable[..., dict[str, Any]],
+    simulate_and_check_item_at_index: Callable[..., dict[str, Any]],
     cases_or_settings: Sequence[Any],
     *,
     threads: int = 1,
@@ -318,7 +318,7 @@ def collect_stability_map_rows(
     """
     found: list[dict[str, Any]] = []
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        for one in pool.map(simulate_and_check, cases_or_settings, range(len(cases_or_settings))):
+        for one in pool.map(simulate_and_check_item_at_index, cases_or_settings, range(len(cases_or_settings))):
             found.append(one)
             if report_finished_and_total_count and len(found) % max(len(cases_or_settings) // 20, 1) == 0:
                 report_finished_and_total_count(len(found), len(cases_or_settings))

@@ -100,7 +100,7 @@ def draw_figure(
     set_figure_title(drawn, title)
     with use_translation_language(language or (study.language if study else None)):
         warning = save_figure_and_return_text_layout_warning(
-            drawn, output, dpi=dpi, width_inches=inches, font_family_and_size_text=font
+            drawn, output, dpi=dpi, width_inches=inches, requested_font_family_or_size_text=font
         )
     print(output)
     if warning:

@@ -25,11 +25,11 @@ MAX_TRAJECTORY_DATASET_VALUES: Final = 100_000_000
 """Largest number of float64 values in the dataset of a path (0.8 GB)."""
 
 
-def check_trajectory_size(min_number_count: float) -> None:
-    """Raise an `ArgumentError` if a trajectory of at least `min_number_count` numbers would be too large."""
-    if min_number_count > MAX_TRAJECTORY_DATASET_VALUES:
+def check_trajectory_size(min_trajectory_value_count: float) -> None:
+    """Raise an `ArgumentError` if a trajectory of at least `min_trajectory_value_count` numbers would be too large."""
+    if min_trajectory_value_count > MAX_TRAJECTORY_DATASET_VALUES:
         raise ArgumentError(
-            f"trajectory: a path of {8e-9 * min_number_count:.1f} GB or more, "
+            f"trajectory: a path of {8e-9 * min_trajectory_value_count:.1f} GB or more, "
             f"at most {8e-9 * MAX_TRAJECTORY_DATASET_VALUES:.1f} GB; cut "
             "the motion to its strong part, take a larger time_step, a shorter aftermath or, in a scene, fewer elements"
         )

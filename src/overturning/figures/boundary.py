@@ -70,7 +70,9 @@ def overturning_boundary_figure(
         np.isfinite(fault_normal_deg),
     )
     for axes, height in zip(panels.flat, heights, strict=False):
-        axes.draw_compass(1.04 * largest_simulated_b_over_h, rings, has_marks_at_rim=bool(marked), has_spokes=True)
+        axes.draw_compass(
+            1.04 * largest_simulated_b_over_h, rings, leaves_room_for_rim_marks=bool(marked), has_spokes=True
+        )
         _draw_overturning_boundary(axes, loaded.sel(height=height), largest_simulated_b_over_h)
         mark_fault_normal(axes, fault_normal_deg)
         axes.write_title(f"H = {height:g} m", 10.0)

@@ -80,34 +80,36 @@ class CompassAxes(PolarAxes):
         self.direction_and_ring_labels = []
 
     def draw_compass(
-        self, outer_radius: float, ring_label_by_radius: Mapping[float, str], ring_label_azimuth_deg: float = 112.5,
-        *, has_marks_at_rim: bool = False, has_spokes: bool = False, ring_labels_in_front_of_lines: bool = False,
+        self, compass_rim_radius: float, ring_label_by_radius: Mapping[float, str],
+        ring_label_azimuth_deg: float = 112.5,
+        *, leaves_room_for_rim_marks: bool = False, has_spokes: bool = False,
+        ring_labels_in_front_of_lines: bool = False,
     ) -> None:  # fmt: skip
-        """Draw the direction names and the rings of a compass, and limit its radius to ``outer_radius``; call it once.
+        """Draw direction names and rings of a compass, and limit its radius to ``compass_rim_radius``; call it once.
 
         Parameters
         ----------
-        outer_radius : float
+        compass_rim_radius : float
             Radius of the rim.
         ring_label_by_radius : mapping
             Labels of the rings, by radius.
         ring_label_azimuth_deg : float
             Azimuth at which the rings are labelled, degrees.
-        has_marks_at_rim : bool
+        leaves_room_for_rim_marks : bool
             True to leave room between the rim and the names.
         has_spokes : bool
             True to draw lines from the centre towards the named directions.
         ring_labels_in_front_of_lines : bool
             True to draw the labels of rings in front of lines, not behind them.
         """
-        self.set_ylim(0.0, outer_radius)
+        self.set_ylim(0.0, compass_rim_radius)
         self.set_rlabel_position(ring_label_azimuth_deg)
         self.xaxis.set_visible(False)
         self.yaxis.set_visible(False)
         self.spines["polar"].set_linewidth(0.6)
-        self._draw_compass_rings([radius / outer_radius for radius in ring_label_by_radius], has_spokes)
+        self._draw_compass_rings([radius / compass_rim_radius for radius in ring_label_by_radius], has_spokes)
         self._name_distance = _DIRECTION_NAME_DISTANCE_FROM_RIM_PT + (
-            _EXTRA_NAME_DISTANCE_FOR_MARKS_PT if has_marks_at_rim else 0.0
+            _EXTRA_NAME_DISTANCE_FOR_MARKS_PT if leaves_room_for_rim_marks else 0.0
         )
         scale = self.figure.dpi_scale_trans
         for number, name in enumerate(COMPASS_DIRECTION_NAMES):
@@ -119,7 +121,7 @@ class CompassAxes(PolarAxes):
             )
         behind = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}  # legible on any background
         for radius, label in ring_label_by_radius.items():
-            place = 0.5 + 0.5 * radius / outer_radius * _unit_vector_towards_azimuth(ring_label_azimuth_deg)
+            place = 0.5 + 0.5 * radius / compass_rim_radius * _unit_vector_towards_azimuth(ring_label_azimuth_deg)
             look = {"va": "bottom", "ha": "left", "fontsize": 8, "bbox": behind}
             look |= {"zorder": 2.8} if ring_labels_in_front_of_lines else {}
             self._write_direction_or_ring_label(place, label, transform=self.transAxes, **look)
@@ -297,15 +299,23 @@ def _set_panel_position(
     axes.set_in_layout(True)
 
 
-def _largest_compass_diameter_pt(row_or_column_length_pt: float, text_lengths_around_rims_pt: FloatArray) -> float:
+def _largest_compass_diameter_pt(
+    row_or_column_length_pt: float, text_lengths_before_and_after_compass_pt: FloatArray
+) -> float:
     """Return the largest diameter, pt, at which a row (or column) of compasses and their texts fit into a length.
 
-    `text_lengths_around_rims_pt` are the lengths that texts need before and after each compass, shape (compasses, 2).
+    `text_lengths_before_and_after_compass_pt` are the lengths that texts need before and after each compass, shape
+    (compasses, 2).
     """
-    count = len(text_lengths_around_rims_pt)
-    gaps = (count - 1) * _min_gap_between_neighbouring_compasses_pt(text_lengths_around_rims_pt)
+    count = len(text_lengths_before_and_after_compass_pt)
+    gaps = (count - 1) * _min_gap_between_neighbouring_compasses_pt(text_lengths_before_and_after_compass_pt)
     return (
-        float(row_or_column_length_pt - text_lengths_around_rims_pt[0, 0] - text_lengths_around_rims_pt[-1, 1] - gaps)
+        float(
+            row_or_column_length_pt
+            - text_lengths_before_and_after_compass_pt[0, 0]
+            - text_lengths_before_and_after_compass_pt[-1, 1]
+            - gaps
+        )
         / count
     )
 
@@ -313,26 +323,32 @@ def _largest_compass_diameter_pt(row_or_column_length_pt: float, text_lengths_ar
 def _compass_left_or_upper_edges_pt(
     row_or_column_start_pt: float,
     row_or_column_end_pt: float,
-    text_lengths_around_rims_pt: FloatArray,
+    text_lengths_before_and_after_compass_pt: FloatArray,
     compass_diameter_pt: float,
 ) -> FloatArray:
     """Return the left (or upper) edges, pt, of compasses in a row (or column) with the spare length divided evenly.
 
-    `text_lengths_around_rims_pt` are those of `_largest_compass_diameter_pt`.
+    `text_lengths_before_and_after_compass_pt` are those of `_largest_compass_diameter_pt`.
     """
-    count = len(text_lengths_around_rims_pt)
-    largest = _largest_compass_diameter_pt(row_or_column_end_pt - row_or_column_start_pt, text_lengths_around_rims_pt)
+    count = len(text_lengths_before_and_after_compass_pt)
+    largest = _largest_compass_diameter_pt(
+        row_or_column_end_pt - row_or_column_start_pt, text_lengths_before_and_after_compass_pt
+    )
     spare = count * (largest - compass_diameter_pt) / (count + 1)
-    step = compass_diameter_pt + _min_gap_between_neighbouring_compasses_pt(text_lengths_around_rims_pt) + spare
-    return row_or_column_start_pt + text_lengths_around_rims_pt[0, 0] + spare + step * np.arange(count)
+    step = (
+        compass_diameter_pt
+        + _min_gap_between_neighbouring_compasses_pt(text_lengths_before_and_after_compass_pt)
+        + spare
+    )
+    return row_or_column_start_pt + text_lengths_before_and_after_compass_pt[0, 0] + spare + step * np.arange(count)
 
 
-def _min_gap_between_neighbouring_compasses_pt(text_lengths_around_rims_pt: FloatArray) -> float:
+def _min_gap_between_neighbouring_compasses_pt(text_lengths_before_and_after_compass_pt: FloatArray) -> float:
     """Return the least distance, pt, between the rims of neighbouring compasses at which their texts do not overlap."""
     return (
         float(
             np.max(
-                text_lengths_around_rims_pt[:-1, 1] + text_lengths_around_rims_pt[1:, 0],
+                text_lengths_before_and_after_compass_pt[:-1, 1] + text_lengths_before_and_after_compass_pt[1:, 0],
                 initial=0.0,
             )
         )

@@ -146,7 +146,9 @@ def pga_and_pgv_by_azimuth_figure(pga_and_pgv_by_azimuth: xr.Dataset, fault_norm
         peaks = pga_and_pgv_by_azimuth[name].to_numpy() / factor
         largest = float(peaks.max())
         outer, marked = largest * 1.08 or 1.0, bool(np.isfinite(fault_normal_deg))
-        axes.draw_compass(outer, labels_of_rings_at_round_radii(outer), has_marks_at_rim=marked, has_spokes=True)
+        axes.draw_compass(
+            outer, labels_of_rings_at_round_radii(outer), leaves_room_for_rim_marks=marked, has_spokes=True
+        )
         theta, around = symmetric_polar_curve_angles_rad_and_radii(azimuth, peaks)  # a peak is an absolute value
         axes.plot(theta, around, ".-", color=colour, linewidth=1.4, markevery=isolated_curve_point_indices(around))
         axes.set_ylim(0.0, outer)

@@ -129,12 +129,12 @@ def _simulate_and_draw_illustrative_case(
     cube: "xr.Dataset",
     case: IllustrativeCase,
     motion_folder: Path,
-    figure_path_without_suffix: Path,
+    figure_path_before_kind_and_extension: Path,
     file_by_figure_and_motion: dict[tuple[str, ...], Path],
 ) -> IllustrativeCaseWithFigures:
     """Simulate one illustrative case again, and draw its film and figures.
 
-    `figure_path_without_suffix` is the path of the figures without ``-strip.svg`` and so on.
+    `figure_path_before_kind_and_extension` is the path of the figures without ``-strip.svg`` and so on.
     `file_by_figure_and_motion` maps the name of a figure of `FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION`, the id of the
     record and the variant to the file; figures already drawn are copied.
     """
@@ -167,7 +167,9 @@ def _simulate_and_draw_illustrative_case(
         ]
     figures = {}
     for name, draw, alt, options in drawn:
-        path = figure_path_without_suffix.with_name(f"{figure_path_without_suffix.name}-{name}.svg")
+        path = figure_path_before_kind_and_extension.with_name(
+            f"{figure_path_before_kind_and_extension.name}-{name}.svg"
+        )
         same = (
             file_by_figure_and_motion.setdefault((name, record, settings[0]), path)
             if name in FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION
@@ -178,7 +180,7 @@ def _simulate_and_draw_illustrative_case(
         else:
             shutil.copyfile(same, path)
         figures[path.name] = {"alt": alt, **options}
-    strip = f"{figure_path_without_suffix.name}-strip.svg"
+    strip = f"{figure_path_before_kind_and_extension.name}-strip.svg"
     return IllustrativeCaseWithFigures(
         title=case.title,
         selection_rule=case.selection_rule_text,
@@ -218,10 +220,10 @@ def _film_title(
     )
 
 
-def panel_heading_of_variant(study: Study, variant: str, compared_variant: str) -> str:
+def panel_heading_of_variant(study: Study, variant: str, variant_of_other_panel: str) -> str:
     """Return the heading of a film panel for a variant: the setting in which it differs from another variant."""
-    own, other = (settings_changed_by_variant(study, name) for name in (variant, compared_variant))
-    if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, compared_variant):
+    own, other = (settings_changed_by_variant(study, name) for name in (variant, variant_of_other_panel))
+    if variant_uses_vertical_motion(study, variant) != variant_uses_vertical_motion(study, variant_of_other_panel):
         kind = "vertical" if variant_uses_vertical_motion(study, variant) else "level"
         return panel_heading_of_compared_setting(kind)
     if (own.scene or study.scene) != (other.scene or study.scene):

@@ -103,12 +103,12 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
     pga_and_pgv_dataset: xr.Dataset,
     logistic_fit: LogisticFit | None,
     friction: float,
-    size_reference_note: str = "",
+    note_that_sizes_are_of_other_stone: str = "",
 ) -> Figure:
     """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
 
     A figure for a phone shows the smallest height only. `pga_and_pgv_dataset` has ``pga`` (m/s²) and ``pgv`` (m/s) by
-    record and azimuth. `size_reference_note` says that the sizes belong to another stone (see
+    record and azimuth. `note_that_sizes_are_of_other_stone` says that the sizes belong to another stone (see
     `note_if_sizes_are_not_those_of_shown_stone`): it is added to the title, and the criteria, which need the stone's
     own sizes, are left out.
     """
@@ -138,8 +138,8 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
                 *block,
                 logistic_fit,
                 named,
-                draws_published_criteria=not size_reference_note,
+                draws_published_criteria=not note_that_sizes_are_of_other_stone,
             )
     title = f"Every plane of every record, {friction_label(cube, friction)}"
-    add_title_and_legend(figure, f"{title}\n{size_reference_note}".rstrip(), panels[0, 0], 3)
+    add_title_and_legend(figure, f"{title}\n{note_that_sizes_are_of_other_stone}".rstrip(), panels[0, 0], 3)
     return figure

@@ -77,11 +77,21 @@ def fall_azimuths_by_orientation_and_b_over_h_figure(cube: xr.Dataset, title: st
     return figure
 
 
-def _draw_fall_azimuths_by_orientation(axes: Any, block_cells: xr.Dataset) -> None:
+def _draw_fall_azimuths_by_orientation(axes: Any, body_results_at_one_height_and_friction: xr.Dataset) -> None:
     """Draw the fall azimuths of a 3-D body of one height and friction by orientation and B/H, as colours and arrows."""
-    x, y = (block_cells[name].to_numpy().astype(np.float64) for name in ("orientation", "b_over_h"))
-    azimuth = np.radians(block_cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
-    missing = block_cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()
+    x, y = (
+        body_results_at_one_height_and_friction[name].to_numpy().astype(np.float64)
+        for name in ("orientation", "b_over_h")
+    )
+    azimuth = np.radians(
+        body_results_at_one_height_and_friction["fall_azimuth"]
+        .transpose("b_over_h", "orientation")
+        .to_numpy()
+        .astype(np.float64)
+    )
+    missing = (
+        body_results_at_one_height_and_friction["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()
+    )
     edges = cell_edges(x) if x.size > 1 else x[0] + np.array([-2.5, 2.5]), b_over_h_cell_edges(y)
     axes.set_facecolor(style.STANDS_COLOUR)
     axes.pcolormesh(

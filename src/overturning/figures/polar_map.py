@@ -222,7 +222,7 @@ def _draw_polar_fall_map_and_return_mesh(
         rim_b_over_h,
         b_over_h_ring_labels(rim_b_over_h, float(radius.mean())),
         azimuth_deg_for_radius_labels(cells, *panel.fault_normal_and_radial_deg),
-        has_marks_at_rim=bool(np.isfinite(panel.fault_normal_and_radial_deg[0])),
+        leaves_room_for_rim_marks=bool(np.isfinite(panel.fault_normal_and_radial_deg[0])),
         ring_labels_in_front_of_lines=True,
     )
     edges = azimuth_cell_edges_rad(cells["azimuth"].to_numpy().astype(np.float64))

@@ -41,16 +41,16 @@ _MEAN_AXIS_MARK_RADIUS_OVER_ROSE_RADIUS: Final = 1.08
 
 
 def draw_fall_rose(
-    axes: Any, rose: FallShareRoseAveragedOverEarthquakes, outer_radius_as_root_of_share: float | None = None
+    axes: Any, rose: FallShareRoseAveragedOverEarthquakes, radial_axis_limit_as_root_of_share: float | None = None
 ) -> None:
     """Draw a rose diagram of fall directions or axes; sector areas are proportional to shares of the falls.
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
     rose of axes is half of a disk, with 0° at its top. The axis ends at radius
-    ``outer_radius_as_root_of_share``, by default at `common_rose_radius_as_root_of_share`.
+    ``radial_axis_limit_as_root_of_share``, by default at `common_rose_radius_as_root_of_share`.
     """
     turn_axes_into_compass(axes)
-    outer_radius_as_root_of_share = outer_radius_as_root_of_share or common_rose_radius_as_root_of_share(rose)
+    radial_axis_limit_as_root_of_share = radial_axis_limit_as_root_of_share or common_rose_radius_as_root_of_share(rose)
     centres = np.arange(rose.mean_fall_share_by_sector.size) * 2.0 * np.pi / ROSE_SECTOR_COUNT
     values = [rose.mean_fall_share_by_sector, rose.share_interval_low_by_sector, rose.share_interval_high_by_sector]
     if rose.is_axial:  # the sector across the top has one half at either end
@@ -76,18 +76,18 @@ def draw_fall_rose(
     shown = list[float]()  # labels of the radius, not so close that they overlap
     for level in (0.8, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01):
         if (
-            0.25 * outer_radius_as_root_of_share
+            0.25 * radial_axis_limit_as_root_of_share
             < np.sqrt(level)
             <= min(
-                outer_radius_as_root_of_share,
-                *(np.sqrt(one) - apart * outer_radius_as_root_of_share for one in shown),
-                outer_radius_as_root_of_share,
+                radial_axis_limit_as_root_of_share,
+                *(np.sqrt(one) - apart * radial_axis_limit_as_root_of_share for one in shown),
+                radial_axis_limit_as_root_of_share,
             )
         ):
             shown.append(level)
     set_outer_radius_and_radius_ticks(
         axes,
-        outer_radius_as_root_of_share,
+        radial_axis_limit_as_root_of_share,
         {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]},
         zorder=6,
     )

@@ -360,10 +360,10 @@ def azimuths_one_step_into_unsimulated_gaps(simulated_azimuths_deg: FloatArray) 
 
 
 def set_outer_radius_and_radius_ticks(
-    axes: Any, outer_radius: float, tick_labels: dict[float, str] | None = None, **look: Any
+    axes: Any, compass_rim_radius: float, tick_labels: dict[float, str] | None = None, **look: Any
 ) -> None:
     """Set outer radius and radius ticks of a polar axis; its small tick labels are placed along the azimuth 112.5°."""
-    axes.set_ylim(0.0, outer_radius)
+    axes.set_ylim(0.0, compass_rim_radius)
     if tick_labels is not None:
         axes.set_yticks(list(tick_labels), list(tick_labels.values()))
     axes.set_rlabel_position(112.5)

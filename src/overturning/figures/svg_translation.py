@@ -100,18 +100,18 @@ def _width_of_line(english_line: _SvgTextLine) -> float:
     return _text_width(english_line.text, english_line.font_size)
 
 
-def _anchor_lines_at_start_middle_or_end(text_lines: list[_SvgTextLine]) -> list[_SvgTextLine]:
+def _anchor_lines_at_start_middle_or_end(lines_of_one_text: list[_SvgTextLine]) -> list[_SvgTextLine]:
     """Return the lines of a text, each with the position of its start, middle or end, according to the alignment.
 
     A rotated text is centred. Several lines are aligned where their places differ least.
     """
-    starts = [one.start_xy_and_rotation_deg for one in text_lines if one.start_xy_and_rotation_deg is not None]
-    if len(starts) < len(text_lines):
-        return text_lines
-    widths = [_width_of_line(one) for one in text_lines]
+    starts = [one.start_xy_and_rotation_deg for one in lines_of_one_text if one.start_xy_and_rotation_deg is not None]
+    if len(starts) < len(lines_of_one_text):
+        return lines_of_one_text
+    widths = [_width_of_line(one) for one in lines_of_one_text]
     rotated = any(turn for _, _, turn in starts)
-    if len(text_lines) == 1 and not rotated:
-        return text_lines
+    if len(lines_of_one_text) == 1 and not rotated:
+        return lines_of_one_text
     shifts = {"middle": 0.5, "start": 0.0, "end": 1.0}
     spreads = {
         anchor: _largest_minus_smallest([x + share * width for (x, _, _), width in zip(starts, widths, strict=True)])
@@ -119,7 +119,7 @@ def _anchor_lines_at_start_middle_or_end(text_lines: list[_SvgTextLine]) -> list
     }
     anchor = "middle" if rotated else min(spreads, key=lambda name: (round(spreads[name], 1), name != "middle"))
     anchored = []
-    for line, (x, y, turn), width in zip(text_lines, starts, widths, strict=True):
+    for line, (x, y, turn), width in zip(lines_of_one_text, starts, widths, strict=True):
         along, angle = shifts[anchor] * width, math.radians(turn)
         place = f"translate({x + along * math.cos(angle):.2f} {y + along * math.sin(angle):.2f})"
         rotation = f" rotate({turn:g})" if turn else ""

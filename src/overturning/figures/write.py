@@ -105,7 +105,7 @@ _MISSING_GLYPH_WARNING_PATTERN: Final = r"Glyph (\d+) "
 def _save_figure_by_typst(
     figure: "Figure",
     path: Path,
-    file_format: str,
+    pdf_or_png: str,
     enlargement_factor: float,
     dpi: float,
     characters_needing_system_font: str = "",
@@ -131,9 +131,7 @@ def _save_figure_by_typst(
         (folder / "page.typ").write_text(page + '#image("figure.svg", width: 100%)\n', encoding="utf-8")
         families = [one for one in matplotlib.rcParams["font.family"] if one != "sans-serif"]
         fonts = sorted({Path(matplotlib.font_manager.findfont(one)).parent for one in families})
-        options: dict[str, Any] = (
-            {"format": file_format, "ppi": dpi} if file_format == "png" else {"format": file_format}
-        )
+        options: dict[str, Any] = {"format": pdf_or_png, "ppi": dpi} if pdf_or_png == "png" else {"format": pdf_or_png}
         path.write_bytes(
             typst.compile(
                 folder / "page.typ",
@@ -241,17 +239,26 @@ def parse_figure_width_inches(width_text: str) -> float | None:
 
 
 def save_figure_and_return_text_layout_warning(
-    figure: "Figure", path: Path, *, dpi: float, width_inches: float | None, font_family_and_size_text: str = ""
+    figure: "Figure",
+    path: Path,
+    *,
+    dpi: float,
+    width_inches: float | None,
+    requested_font_family_or_size_text: str = "",
 ) -> str:
     """Write a figure to a file, and return a warning if texts are cut off or overlap; "" if there is no problem.
 
-    `font_family_and_size_text` is a size, a family or both; see `parse_font_family_and_size`. An `ArgumentError` is
-    raised if the font is not installed, or if the text leaves no room for the panels.
+    `requested_font_family_or_size_text` is a size, a family or both; see `parse_font_family_and_size`. An
+    `ArgumentError` is raised if the font is not installed, or if the text leaves no room for the panels.
     """
     import matplotlib as mpl
     from matplotlib.text import Text
 
-    family, size = parse_font_family_and_size(font_family_and_size_text) if font_family_and_size_text else (None, None)
+    family, size = (
+        parse_font_family_and_size(requested_font_family_or_size_text)
+        if requested_font_family_or_size_text
+        else (None, None)
+    )
     with use_package_matplotlib_settings(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
         if family:  # ticks that are made while drawing have the family of the settings

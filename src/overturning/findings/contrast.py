@@ -359,14 +359,18 @@ MIN_FALL_RATE_FOR_FALL_AXIS_COMPARISON = 0.05
 """Smallest fall rate under a record for which the axis of the falls is compared."""
 
 
-def angles_between_fall_axes_deg(outcome_rates_on_soil: xr.Dataset, outcome_rates_on_rock: xr.Dataset) -> FloatArray:
+def angles_between_fall_axes_deg(
+    outcome_rates_on_soil: xr.Dataset, population_outcomes_on_rock_by_record: xr.Dataset
+) -> FloatArray:
     """Return the angles, degrees, between the mean fall axes on soil and on rock, for records with both axes.
 
     Both arguments are results of `population_outcome_rates_by_record` at one amplitude.
     """
-    soil_axis, rock_axis = (one["fall_axis"].to_numpy() for one in (outcome_rates_on_soil, outcome_rates_on_rock))
+    soil_axis, rock_axis = (
+        one["fall_axis"].to_numpy() for one in (outcome_rates_on_soil, population_outcomes_on_rock_by_record)
+    )
     apart = np.abs(wrap_axis_difference_to_90_deg(soil_axis - rock_axis))
-    for found in (outcome_rates_on_soil, outcome_rates_on_rock):
+    for found in (outcome_rates_on_soil, population_outcomes_on_rock_by_record):
         clear = (found["fall_rate"] >= MIN_FALL_RATE_FOR_FALL_AXIS_COMPARISON) & (
             found["fall_resultant"] >= MIN_RESULTANT_WITH_MEAN_DIRECTION
         )

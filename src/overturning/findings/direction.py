@@ -171,7 +171,7 @@ class PlanarModelAgreement(FindingBaseClass):
 
 
 def _alignment_finding_of_block_selection(
-    rule_alignment: FaultNormalAlignmentOfSelectedBlocks, simulated_direction_noun: str, study_uses_rule: bool
+    rule_alignment: FaultNormalAlignmentOfSelectedBlocks, simulated_direction_noun: str, is_rule_used_by_study: bool
 ) -> BlockSelectionAlignment:
     """Return the mean cos 2Δ of the falls, Δ from the fault normal, over the blocks that one rule selects.
 
@@ -179,7 +179,7 @@ def _alignment_finding_of_block_selection(
     """
     return BlockSelectionAlignment(
         rule=rule_alignment.rule.description_template.format(simulated_direction_noun),
-        is_study_rule=study_uses_rule,
+        is_study_rule=is_rule_used_by_study,
         records_with_counted_falls=rule_alignment.records_with_falls_and_fault_normal,
         mean_cos_2_angle_to_fault_normal=estimate_from_mean(
             rule_alignment.mean_cos_of_doubled_angle, ALIGNMENT_DESCRIPTION

@@ -142,7 +142,7 @@ def _check_hazard_levels_and_list_unit_warnings(survival: SurvivalProbabilityByS
 
 
 def _survival_finding_of_stone_class(
-    survival: SurvivalProbabilityByStoneClass, stone_class_index: int, max_fall_rate_per_year: float
+    survival: SurvivalProbabilityByStoneClass, stone_class_index: int, survey_fall_rate_upper_bound_per_year: float
 ) -> StoneClassSurvival:
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.curves_with_standing_probabilities[stone_class_index]
@@ -158,7 +158,7 @@ def _survival_finding_of_stone_class(
         surviving_share_with_constant_deviations=one.standing_share_if_each_stone_keeps_its_deviation,
         share_of_falls_from_shaking_beyond_records=one.fall_rate_share_outside_fragility_data,
         hazard_factor_upper_bound=max_hazard_factor_allowed_by_standing_stones(
-            curve, hazard, survival.exposure_time_years, max_fall_rate_per_year
+            curve, hazard, survival.exposure_time_years, survey_fall_rate_upper_bound_per_year
         ),
         share_of_stones_falling_at_lowest_level=one.fall_probability_at_lowest_hazard_level if counts else math.nan,
         lowest_hazard_level=float(hazard.intensity_levels[0]),
@@ -168,7 +168,7 @@ def _survival_finding_of_stone_class(
 
 
 def _survey_standing_counts_and_rate_bound(
-    standing_stone_count: int, fallen_stone_count: int, max_fall_rate_per_year: float
+    standing_stone_count: int, fallen_stone_count: int, survey_fall_rate_upper_bound_per_year: float
 ) -> SurveyStandingCountsAndFallRateBound:
     """Return the numbers and the share of standing stones in a survey, with the fall-rate bound that they imply."""
     low, high = exact_share_interval(standing_stone_count, standing_stone_count + fallen_stone_count)
@@ -176,7 +176,7 @@ def _survey_standing_counts_and_rate_bound(
         stood=standing_stone_count,
         fell=fallen_stone_count,
         total=standing_stone_count + fallen_stone_count,
-        fall_rate_upper_bound_per_year=max_fall_rate_per_year,
+        fall_rate_upper_bound_per_year=survey_fall_rate_upper_bound_per_year,
         confidence_of_fall_rate_bound=FALL_RATE_BOUND_PROBABILITY,
         standing_share=standing_stone_count / (standing_stone_count + fallen_stone_count)
         if standing_stone_count + fallen_stone_count

@@ -23,7 +23,7 @@ def default_model_for_results_cube(cube: "xr.Dataset") -> Model:
 
 
 def model_from_scene_or_shape(
-    model_scene_or_shape: Model | Scene | Shape | str | int | None, in_3d: bool = False
+    model_scene_shape_name_or_side_count: Model | Scene | Shape | str | int | None, in_3d: bool = False
 ) -> Model:
     """Return the model for a scene, the shape of a 3-D body, or None (a single 2-D block).
 
@@ -34,10 +34,12 @@ def model_from_scene_or_shape(
     ArgumentError
         If no shape has the given name, or the scene of a 3-D model is no stack.
     """
-    if isinstance(model_scene_or_shape, Model):
-        return model_scene_or_shape
-    if model_scene_or_shape is None:
+    if isinstance(model_scene_shape_name_or_side_count, Model):
+        return model_scene_shape_name_or_side_count
+    if model_scene_shape_name_or_side_count is None:
         return PlanarModel()
-    if isinstance(model_scene_or_shape, Scene):
-        return Stack(model_scene_or_shape) if in_3d else PlanarModel(model_scene_or_shape)
-    return Body(shape_from_name_or_sides(model_scene_or_shape))
+    if isinstance(model_scene_shape_name_or_side_count, Scene):
+        return (
+            Stack(model_scene_shape_name_or_side_count) if in_3d else PlanarModel(model_scene_shape_name_or_side_count)
+        )
+    return Body(shape_from_name_or_sides(model_scene_shape_name_or_side_count))

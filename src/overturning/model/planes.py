@@ -104,7 +104,7 @@ def plane_weights_by_azimuth_spacing(
     plane_azimuth_deg: ArrayLike,
     symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG,
     *,
-    divide_gaps_between_neighbours: bool = False,
+    divide_uncomputed_gaps_between_neighbours: bool = False,
 ) -> FloatArray:
     """Return the weight of each vertical plane: the share of all azimuths that are nearest to it (sum 1).
 
@@ -118,7 +118,7 @@ def plane_weights_by_azimuth_spacing(
         Ascending azimuths of the planes, modulo the period.
     symmetry_period_deg : float
         Period of the azimuth, degrees; 360 for shares of the whole circle.
-    divide_gaps_between_neighbours : bool
+    divide_uncomputed_gaps_between_neighbours : bool
         Divide each gap between the planes next to it.
 
     Returns
@@ -129,7 +129,7 @@ def plane_weights_by_azimuth_spacing(
     plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % symmetry_period_deg, 6)
     gap = np.diff(plane, append=plane[:1] + symmetry_period_deg)
     represented = symmetry_period_deg
-    if not divide_gaps_between_neighbours:
+    if not divide_uncomputed_gaps_between_neighbours:
         not_computed, step = mask_of_azimuths_before_gap_and_grid_step(plane, symmetry_period_deg)
         represented -= float((gap[not_computed] - step).sum())
         gap[not_computed] = step

@@ -22,14 +22,14 @@ def solid_from_vertices(vertices: FloatArray) -> RigidSolid:
     return solid_from_hull(_hull_of_checked_convex_vertices(vertices))
 
 
-def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float = 0.0) -> RigidSolid:
+def solid_from_hull(hull: ConvexHull, min_resting_tilt_counted_as_fall_rad: float = 0.0) -> RigidSolid:
     """Return the rigid body with the shape of a convex hull, which stands, as placed, on the hull's lowest face.
 
     Parameters
     ----------
     hull : ConvexHull
         Convex hull about the body's centre of mass, with the body's inertia.
-    min_resting_tilt_of_fallen_body_rad : float
+    min_resting_tilt_counted_as_fall_rad : float
         Tilt, rad, below which resting on another face does not count as a fall.
 
     Raises
@@ -51,8 +51,8 @@ def solid_from_hull(hull: ConvexHull, min_resting_tilt_of_fallen_body_rad: float
         base = below[scipy.spatial.ConvexHull(hull.vertices_from_centre_of_mass[below, :2]).vertices]  # anticlockwise
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
-    tilt, faces = _least_resting_tilt_on_other_faces_and_normals(hull, size, min_resting_tilt_of_fallen_body_rad)
-    fall = fall_tilt_by_lean_direction(hull, size, tilt, faces, min_resting_tilt_of_fallen_body_rad)
+    tilt, faces = _least_resting_tilt_on_other_faces_and_normals(hull, size, min_resting_tilt_counted_as_fall_rad)
+    fall = fall_tilt_by_lean_direction(hull, size, tilt, faces, min_resting_tilt_counted_as_fall_rad)
     kept = np.concatenate(
         [
             base,
@@ -140,11 +140,11 @@ def hull_with_origin_at_centre_of_mass(
 
 
 def _least_resting_tilt_on_other_faces_and_normals(
-    hull: ConvexHull, largest_extent: float, min_resting_tilt_of_fallen_body_rad: float
+    hull: ConvexHull, largest_extent: float, min_resting_tilt_counted_as_fall_rad: float
 ) -> tuple[float, FloatArray]:
     """Return the least tilt (rad) at which a body can rest on a face other than base and top, and such face normals.
 
-    Faces on which it rests at less than `min_resting_tilt_of_fallen_body_rad`, rad, are left out.
+    Faces on which it rests at less than `min_resting_tilt_counted_as_fall_rad`, rad, are left out.
     """
     _, first = np.unique(np.round(hull.outward_triangle_normals, 5), axis=0, return_index=True)
     normals, offsets = hull.outward_triangle_normals[first], hull.plane_distances_from_centre[first]
@@ -153,7 +153,7 @@ def _least_resting_tilt_on_other_faces_and_normals(
     stable = mask_of_resting_faces(normals, offsets, largest_extent) & (
         np.abs(down) < 1.0 - FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO
     )
-    stable &= down <= np.cos(min_resting_tilt_of_fallen_body_rad)
+    stable &= down <= np.cos(min_resting_tilt_counted_as_fall_rad)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
     tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO))

@@ -34,7 +34,7 @@ _ENSEMBLE_MEAN_VARIABLE_BY_STATISTIC: Final = {
 def case_weight_in_direction_statistics(
     member_fall_share_by_case: ArrayLike,
     mean_northward_fall_component_by_case: ArrayLike,
-    mean_eastward_fall_component_by_case: ArrayLike,
+    mean_fall_east_over_all_members_by_case: ArrayLike,
     member_count_by_case: ArrayLike,
 ) -> FloatArray:
     """Return each case's weight in fall-direction statistics: 1 if ensemble runs agree, 0 if falls are random.
@@ -43,9 +43,8 @@ def case_weight_in_direction_statistics(
     are drawn from: without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0
     where that is negative. It is 1 where fewer than two members fall, because the spread is then unknown.
 
-    Parameters
-    ----------
-    member_fall_share_by_case, mean_northward_fall_component_by_case, mean_eastward_fall_component_by_case : array_like
+    Parameters ---------- member_fall_share_by_case, mean_northward_fall_component_by_case,
+    mean_fall_east_over_all_members_by_case : array_like
         ``probability_falls``, ``fall_north`` and ``fall_east``; NaN where no member was run.
     member_count_by_case : array_like
         Members with an outcome.
@@ -55,7 +54,7 @@ def case_weight_in_direction_statistics(
     with np.errstate(divide="ignore", invalid="ignore"):
         square = (
             np.asarray(mean_northward_fall_component_by_case, np.float64) ** 2
-            + np.asarray(mean_eastward_fall_component_by_case, np.float64) ** 2
+            + np.asarray(mean_fall_east_over_all_members_by_case, np.float64) ** 2
         ) / fell**2
         known = np.sqrt(np.clip((count * square - 1.0) / (count - 1.0), 0.0, 1.0))
     return np.asarray(np.where(count > 1.5, known, 1.0))

@@ -130,7 +130,10 @@ def _plan_corners_and_inertia_per_mass(
 
 
 def stack_stone_of_element(
-    placed_element: PlacedElement, depth_across_plane: float, joint_law: ContactLaw, density: float = 1.0
+    placed_element: PlacedElement,
+    depth_across_plane: float,
+    contact_law_of_joint_below: ContactLaw,
+    density: float = 1.0,
 ) -> StackStone:
     """Convert a scene element to a 3-D stone with a depth (m), density (kg/m³) and contact law of the joint below."""
     outline = placed_element.shape.vertices_from_whole_polygon_centroid
@@ -151,7 +154,11 @@ def stack_stone_of_element(
     if plan != "rectangle":
         ring, inertia = _plan_corners_and_inertia_per_mass(plan, *(float(side) for side in np.ptp(outline, axis=0)))
         faces, symmetry = [ring, ring], (0 if plan == "circle" else int(plan))
-    stiffness_ratio = joint_law.stiffness_ratio if "stiffness_ratio" in joint_law.model_fields_set else None
+    stiffness_ratio = (
+        contact_law_of_joint_below.stiffness_ratio
+        if "stiffness_ratio" in contact_law_of_joint_below.model_fields_set
+        else None
+    )
     return StackStone(
         name=placed_element.element.name, mass=density * depth_across_plane * placed_element.shape.area,
         inertia_per_mass=inertia, rotational_symmetry_order=symmetry,
@@ -160,9 +167,9 @@ def stack_stone_of_element(
         base_corners_xy_from_centre_of_mass=faces[0], upper_face_corners_xy_from_centre_of_mass=faces[1],
         outline_xz_from_centre_of_mass=outline,
         depth_along_y=depth_across_plane, fall_threshold_drop=placed_element.fall_threshold_drop,
-        base_joint_friction=joint_law.friction,
+        base_joint_friction=contact_law_of_joint_below.friction,
         base_joint_stiffness_ratio=stiffness_ratio,
-        base_joint_damping_ratio=joint_law.damping_ratio,
+        base_joint_damping_ratio=contact_law_of_joint_below.damping_ratio,
     )  # fmt: skip
 
 

@@ -183,18 +183,18 @@ def _least_tilt_for_base_to_touch_face_corner(
 
 
 def _mask_of_points_inside_polygon(
-    horizontal_point_positions_by_tilt_direction: FloatArray, polygon_vertices: FloatArray, min_distance_inside: float
+    touch_place_xy_by_point_and_tilt_direction: FloatArray, polygon_vertices: FloatArray, min_distance_inside: float
 ) -> NDArray[np.bool_]:
     """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a distance (m)."""
     inside = np.ones(
-        (len(horizontal_point_positions_by_tilt_direction), horizontal_point_positions_by_tilt_direction.shape[2]),
+        (len(touch_place_xy_by_point_and_tilt_direction), touch_place_xy_by_point_and_tilt_direction.shape[2]),
         np.bool_,
     )
     for (x, y), (dx, dy) in zip(
         polygon_vertices, np.roll(polygon_vertices, -1, axis=0) - polygon_vertices, strict=True
     ):
-        inside &= dx * (horizontal_point_positions_by_tilt_direction[:, 1] - y) - dy * (
-            horizontal_point_positions_by_tilt_direction[:, 0] - x
+        inside &= dx * (touch_place_xy_by_point_and_tilt_direction[:, 1] - y) - dy * (
+            touch_place_xy_by_point_and_tilt_direction[:, 0] - x
         ) > min_distance_inside * np.sqrt(dx * dx + dy * dy)
     return inside
 

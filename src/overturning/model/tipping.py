@@ -80,7 +80,7 @@ def fall_tilt_by_lean_direction(
     largest_extent: float,
     least_tilt_to_rest_on_another_face_rad: float,
     resting_face_normals_after_fall: FloatArray,
-    min_resting_tilt_of_fallen_body_rad: float = 0.0,
+    min_resting_tilt_counted_as_fall_rad: float = 0.0,
 ) -> FallTiltByLeanDirection:
     """Compute the tilt from which a convex body counts as fallen, for each direction in which the body leans.
 
@@ -94,7 +94,7 @@ def fall_tilt_by_lean_direction(
         Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
     resting_face_normals_after_fall : ndarray, shape (faces, 3)
         Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
-    min_resting_tilt_of_fallen_body_rad : float
+    min_resting_tilt_counted_as_fall_rad : float
         Tilt, rad, below which resting on an edge or face does not count as a fall.
     """
     ends, sides = _hull_edge_vertices_and_triangles(hull)
@@ -116,7 +116,7 @@ def fall_tilt_by_lean_direction(
             > FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO * largest_extent
         )
     )
-    rests &= found.tilt_at_change_rad >= min_resting_tilt_of_fallen_body_rad
+    rests &= found.tilt_at_change_rad >= min_resting_tilt_counted_as_fall_rad
     limits, rows = np.full(LEAN_DIRECTION_COUNT, np.pi), np.zeros((LEAN_DIRECTION_COUNT, 4))
     rows[:, 3] = 1.0  # unreachable limit: there is no edge to rest on
     order = np.flatnonzero(rests)[np.argsort(-found.tilt_at_change_rad[rests], kind="stable")]
@@ -157,7 +157,7 @@ def fall_tilt_by_lean_direction(
 
 def _lower_fall_limits_for_resting_faces(
     fall_tilt_by_lean_direction_rad: FloatArray,
-    vector_and_dot_limit_by_lean_direction: FloatArray,
+    vector_and_min_fall_dot_product_by_lean_direction: FloatArray,
     resting_face_normals_after_fall: FloatArray,
 ) -> None:
     """Lower fall limits (tilt from which a body is fallen), in place, so that rest on any other face is a fall."""
@@ -165,11 +165,11 @@ def _lower_fall_limits_for_resting_faces(
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * LEAN_DIRECTION_COUNT), LEAN_DIRECTION_COUNT - 1)
         if (
-            vector_and_dot_limit_by_lean_direction[number, :3] @ normal
-            < vector_and_dot_limit_by_lean_direction[number, 3]
+            vector_and_min_fall_dot_product_by_lean_direction[number, :3] @ normal
+            < vector_and_min_fall_dot_product_by_lean_direction[number, 3]
         ):
             ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
-            vector_and_dot_limit_by_lean_direction[number], fall_tilt_by_lean_direction_rad[number] = (
+            vector_and_min_fall_dot_product_by_lean_direction[number], fall_tilt_by_lean_direction_rad[number] = (
                 np.append(ahead, (FALL_TILT_TO_RESTING_TILT_RATIO - 1.0) * tilt),
                 tilt,
             )

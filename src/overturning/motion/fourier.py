@@ -29,33 +29,35 @@ def cosine_taper_window(sample_count: int, sample_count_of_taper_at_each_end: in
 
 
 def rms_fourier_amplitude_in_bands(
-    acceleration: FloatArray, sampling_interval: float, centre_frequencies_hz: FloatArray
+    acceleration: FloatArray, sampling_interval: float, log_spaced_centre_frequencies_hz: FloatArray
 ) -> FloatArray:
-    """Return the root mean square Fourier amplitude, m/s, in bands around m `centre_frequencies_hz`, shape (m,).
+    """Return the root mean square Fourier amplitude, m/s, in m bands around the centre frequencies, shape (m,).
 
-    The bands lie around logarithmically spaced ``centre_frequencies_hz``, Hz. A short component is padded with zeros so
-    that every band contains at least one frequency.
+    The bands lie around logarithmically spaced ``log_spaced_centre_frequencies_hz``, Hz. A short component is padded
+    with zeros so that every band contains at least one frequency.
     """
-    ratio = float(centre_frequencies_hz[1] / centre_frequencies_hz[0])
-    needed = int(np.ceil(2.0 / (centre_frequencies_hz[0] * (ratio - 1.0)) / sampling_interval))
+    ratio = float(log_spaced_centre_frequencies_hz[1] / log_spaced_centre_frequencies_hz[0])
+    needed = int(np.ceil(2.0 / (log_spaced_centre_frequencies_hz[0] * (ratio - 1.0)) / sampling_interval))
     padded = np.pad(acceleration, (0, max(0, needed - acceleration.size)))
     frequency, amplitude = fourier_amplitude_spectrum(padded, sampling_interval)
-    edges = np.append(centre_frequencies_hz / np.sqrt(ratio), centre_frequencies_hz[-1] * np.sqrt(ratio))
+    edges = np.append(
+        log_spaced_centre_frequencies_hz / np.sqrt(ratio), log_spaced_centre_frequencies_hz[-1] * np.sqrt(ratio)
+    )
     bounds = np.searchsorted(frequency, edges)
     powers = np.concatenate([[0.0], np.cumsum(amplitude**2)])
     return np.sqrt((powers[bounds[1:]] - powers[bounds[:-1]]) / np.maximum(np.diff(bounds), 1))
 
 
 def konno_ohmachi_smoothed_amplitude(
-    frequencies_hz: FloatArray, fourier_amplitude: FloatArray, centre_frequencies_hz: ArrayLike
+    frequencies_hz: FloatArray, fourier_amplitude: FloatArray, log_spaced_centre_frequencies_hz: ArrayLike
 ) -> FloatArray:
-    """Return Fourier amplitudes smoothed at ``centre_frequencies_hz`` (Konno & Ohmachi 1998, BSSA 88, 228, equation 4).
+    """Return Fourier amplitudes smoothed at the centre frequencies (Konno & Ohmachi 1998, BSSA 88, 228, equation 4).
 
-    Frequencies are in Hz; 0 is left out of the spectrum and refused in ``centre_frequencies_hz``. The bandwidth
-    coefficient b is 40, as usual. The result is NaN where the sum of the weights is at most 0.3, because the record is
-    too short and the frequencies of its spectrum are too far apart.
+    Frequencies are in Hz; 0 is left out of the spectrum and refused in ``log_spaced_centre_frequencies_hz``. The
+    bandwidth coefficient b is 40, as usual. The result is NaN where the sum of the weights is at most 0.3, because the
+    record is too short and the frequencies of its spectrum are too far apart.
     """
-    wanted = np.atleast_1d(np.asarray(centre_frequencies_hz, dtype=np.float64))
+    wanted = np.atleast_1d(np.asarray(log_spaced_centre_frequencies_hz, dtype=np.float64))
     if not (np.isfinite(wanted) & (wanted > 0)).all():
         raise ArgumentError("centre_frequencies: smoothed spectra have positive frequencies only")
     positive = frequencies_hz > 0

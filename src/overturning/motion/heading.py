@@ -32,11 +32,11 @@ def azimuths_of_peak_acceleration_and_velocity(motion: Accelerogram) -> dict[str
     return {name: _azimuth_deg_of_largest_vector(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
 
 
-def _azimuth_deg_of_largest_vector(north_and_east_samples: FloatArray) -> float:
+def _azimuth_deg_of_largest_vector(north_and_east_sample_rows: FloatArray) -> float:
     """Return the azimuth, degrees, at which a horizontal motion, shape (2, n), is largest; NaN without motion."""
-    square = (north_and_east_samples**2).sum(axis=0)
+    square = (north_and_east_sample_rows**2).sum(axis=0)
     at = int(square.argmax())
-    return _azimuth_deg_of_vector(*north_and_east_samples[:, at]) if square[at] > 0 else float("nan")
+    return _azimuth_deg_of_vector(*north_and_east_sample_rows[:, at]) if square[at] > 0 else float("nan")
 
 
 def _azimuth_deg_of_vector(northward_component: float, eastward_component: float) -> float:

@@ -121,11 +121,13 @@ def _hann_weighted_mean(samples: FloatArray) -> float:
 
 
 def _fourier_amplitude_per_root_duration(
-    acceleration_samples: FloatArray, sampling_interval: float, centre_frequencies_hz: FloatArray
+    acceleration_samples: FloatArray, sampling_interval: float, log_spaced_centre_frequencies_hz: FloatArray
 ) -> FloatArray:
     """Return Fourier amplitudes in bands around m frequencies, divided by √duration, m/s^1.5, shape (m,)."""
     window = cosine_taper_window(acceleration_samples.size, max(1, acceleration_samples.size // 20))
     amplitude = rms_fourier_amplitude_in_bands(
-        (acceleration_samples - acceleration_samples.mean()) * window, sampling_interval, centre_frequencies_hz
+        (acceleration_samples - acceleration_samples.mean()) * window,
+        sampling_interval,
+        log_spaced_centre_frequencies_hz,
     )
     return amplitude / np.sqrt(acceleration_samples.size * sampling_interval)

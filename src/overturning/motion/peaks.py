@@ -19,15 +19,15 @@ _IDENTITY_FILTER_COEFFICIENTS: Final = np.array([1.0, 0.0, 0.0])
 
 
 def largest_motion_along_azimuths(
-    north_and_east_samples: FloatArray, north_east_cosines_by_azimuth: FloatArray
+    north_and_east_sample_rows: FloatArray, north_east_cosines_by_azimuth: FloatArray
 ) -> FloatArray:
     """Return the largest absolute value, over time, of the horizontal motion along each of m azimuths.
 
-    ``north_and_east_samples`` has shape (2, n), ``north_east_cosines_by_azimuth`` (m, 2); the result has shape (m,) and
-    the unit of the motion. If a sample is not finite, all results are NaN.
+    ``north_and_east_sample_rows`` has shape (2, n), ``north_east_cosines_by_azimuth`` (m, 2); the result has shape (m,)
+    and the unit of the motion. If a sample is not finite, all results are NaN.
     """
     return largest_filtered_motion_along_azimuths(
-        north_and_east_samples,
+        north_and_east_sample_rows,
         _IDENTITY_FILTER_COEFFICIENTS,
         _IDENTITY_FILTER_COEFFICIENTS,
         north_east_cosines_by_azimuth,
@@ -35,7 +35,7 @@ def largest_motion_along_azimuths(
 
 
 def largest_filtered_motion_along_azimuths(
-    north_and_east_samples: FloatArray,
+    north_and_east_sample_rows: FloatArray,
     filter_numerator_coefficients: FloatArray,
     filter_denominator_coefficients: FloatArray,
     north_east_cosines_by_azimuth: FloatArray,
@@ -46,7 +46,7 @@ def largest_filtered_motion_along_azimuths(
     the first one of the denominator is 1. The filtered samples have the bits of `scipy.signal.lfilter`. Shapes and
     units are those of `largest_motion_along_azimuths`.
     """
-    north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in north_and_east_samples)
+    north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in north_and_east_sample_rows)
     cosines = np.ascontiguousarray(north_east_cosines_by_azimuth, dtype=np.float64)
     largest = np.zeros(len(cosines))
     coefficients = np.stack([filter_numerator_coefficients, filter_denominator_coefficients])

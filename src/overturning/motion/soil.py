@@ -163,15 +163,24 @@ def propagate_through_soil(
         zeros = min(2 * zeros, longest)
 
 
-def _residual_vibration_to_peak_ratio(surface_acceleration: FloatArray, left_out_end_sample_count: int) -> float:
+def _residual_vibration_to_peak_ratio(
+    surface_acceleration: FloatArray, checked_and_left_out_end_sample_count: int
+) -> float:
     """Return the largest acceleration near the end of the zero padding, divided by the peak acceleration.
 
-    The last `left_out_end_sample_count` samples are left out: an abrupt start of a record oscillates there at the
-    highest frequency.
+    The last `checked_and_left_out_end_sample_count` samples are left out: an abrupt start of a record oscillates there
+    at the highest frequency.
     """
     peak = float(np.abs(surface_acceleration).max())
     return (
-        float(np.abs(surface_acceleration[-2 * left_out_end_sample_count : -left_out_end_sample_count]).max()) / peak
+        float(
+            np.abs(
+                surface_acceleration[
+                    -2 * checked_and_left_out_end_sample_count : -checked_and_left_out_end_sample_count
+                ]
+            ).max()
+        )
+        / peak
         if peak
         else 0.0
     )

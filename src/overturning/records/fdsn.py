@@ -198,8 +198,8 @@ def _send_fdsn_request(send_request: Callable[[], Any], request_label: str) -> A
 
 def _download_and_save_checked(
     path: Path,
-    expected_format_label: str,
-    download_to_filename: Callable[..., Any],
+    expected_format_name: str,
+    download_into_open_file: Callable[..., Any],
     raise_if_answer_is_unusable: Callable[[SourceFile], Any],
 ) -> None:
     """Save a server's answer, if it is usable, to a file; raise a RecordError if it is empty or a web page.
@@ -207,11 +207,11 @@ def _download_and_save_checked(
     ``raise_if_answer_is_unusable`` gets the answer as a file in memory, and raises an error if its content is wrong.
     """
     answer = io.BytesIO()
-    download_to_filename(filename=answer)
+    download_into_open_file(filename=answer)
     data = answer.getvalue()
     if not data or is_web_page(data):
-        raise RecordError(f"{'a web page' if data else 'an empty answer'} instead of {expected_format_label}")
-    raise_if_answer_is_unusable(SourceFile(expected_format_label, data))
+        raise RecordError(f"{'a web page' if data else 'an empty answer'} instead of {expected_format_name}")
+    raise_if_answer_is_unusable(SourceFile(expected_format_name, data))
     with atomic_write(path) as part:
         part.write_bytes(data)
 

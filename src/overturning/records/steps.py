@@ -25,11 +25,13 @@ def _unsuitable_step_error(record: Record, step_and_parameter_label: str, reason
     return RecordError(f"record {record.record_id}: {step_and_parameter_label}; {reason}")
 
 
-def _refuse_too_many_samples(record: Record, step_and_parameter_label: str, sample_count_after_step: float) -> None:
+def _refuse_too_many_samples(
+    record: Record, step_and_parameter_label: str, sample_count_after_processing: float
+) -> None:
     """Raise a RecordError if a processing step would give a record more than `MAX_SAMPLES_OF_MOTION` samples."""
-    if sample_count_after_step > MAX_SAMPLES_OF_MOTION:
+    if sample_count_after_processing > MAX_SAMPLES_OF_MOTION:
         most = f"at most {MAX_SAMPLES_OF_MOTION:.0e} are possible"
-        bounds = f"the record would have {sample_count_after_step:.2g} samples, {most}"
+        bounds = f"the record would have {sample_count_after_processing:.2g} samples, {most}"
         raise _unsuitable_step_error(record, step_and_parameter_label, bounds)
 
 

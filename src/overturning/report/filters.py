@@ -168,11 +168,14 @@ def format_percentage_points(share_difference: Estimate, *, word_between_ends: s
     return f"{format_number(None if share_difference.value is None else 100 * share_difference.value, 1)}{interval}"
 
 
-def format_predictor_data_range(logistic_coefficient: Any, *, word_between_ends: str) -> str:
+def format_predictor_data_range(coefficient_with_predictor_range: Any, *, word_between_ends: str) -> str:
     """Format the smallest and largest value of a predictor in the data of the study: 0.1 to 0.4."""
-    if _is_none_or_nan(logistic_coefficient.data_minimum):
+    if _is_none_or_nan(coefficient_with_predictor_range.data_minimum):
         return NO_VALUE
-    least, most = format_number(logistic_coefficient.data_minimum), format_number(logistic_coefficient.data_maximum)
+    least, most = (
+        format_number(coefficient_with_predictor_range.data_minimum),
+        format_number(coefficient_with_predictor_range.data_maximum),
+    )
     return f"{least}{word_between_ends}{most}"
 
 

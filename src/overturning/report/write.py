@@ -53,13 +53,15 @@ class TextsAboutReportFilm:
     selection_rule: str
 
 
-def _report_film_texts(film_name: str, illustrative_case: IllustrativeCaseWithFigures) -> TextsAboutReportFilm:
+def _report_film_texts(
+    film_id_with_number: str, illustrative_case: IllustrativeCaseWithFigures
+) -> TextsAboutReportFilm:
     """Return the texts that the report shows about the film of an illustrative case, in the current language."""
     panels = zip(
         map(translate, illustrative_case.panel_headings), map(translate, illustrative_case.panel_outcomes), strict=True
     )
     return TextsAboutReportFilm(
-        film_name,
+        film_id_with_number,
         translate(illustrative_case.title),
         translate(illustrative_case.block_and_motion_description),
         tuple(panels),

@@ -148,7 +148,9 @@ def _random_rotations(
 
 
 def rayleigh_test_by_random_rotation(
-    x_components_of_vectors: ArrayLike, y_components_of_vectors: ArrayLike, angle_recording_step_deg: ArrayLike = 0.0
+    x_components_of_unnormalised_vectors: ArrayLike,
+    y_components_of_unnormalised_vectors: ArrayLike,
+    angle_recording_step_deg: ArrayLike = 0.0,
 ) -> StatisticalTestResult:
     """Test the null hypothesis that vectors have independent, uniformly distributed directions: no common axis.
 
@@ -163,12 +165,15 @@ def rayleigh_test_by_random_rotation(
 
     Parameters
     ----------
-    x_components_of_vectors, y_components_of_vectors : array_like, shape (n,)
+    x_components_of_unnormalised_vectors, y_components_of_unnormalised_vectors : array_like, shape (n,)
         Components of the vectors; for axes those of the doubled angles. Vectors of length 0 count as observations.
     angle_recording_step_deg : array_like, shape (n,) or ()
         Step of the angle of each vector, degrees, a divisor of 360; for axes that of the doubled angles. 0: no step.
     """
-    x, y = np.asarray(x_components_of_vectors, dtype=np.float64), np.asarray(y_components_of_vectors, dtype=np.float64)
+    x, y = (
+        np.asarray(x_components_of_unnormalised_vectors, dtype=np.float64),
+        np.asarray(y_components_of_unnormalised_vectors, dtype=np.float64),
+    )
     n = int(x.size)
     if n == 0:
         return StatisticalTestResult("randomised Rayleigh", 0)

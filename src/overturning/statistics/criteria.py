@@ -350,7 +350,9 @@ def score_overturning_criteria(cube: xr.Dataset, pga_and_pgv: xr.Dataset) -> Ove
     return OverturningCriteriaScores(tuple(rules), _best_minus_other_skill_by_name(by_event), beyond, blocks)
 
 
-def _best_minus_other_skill_by_name(counts_by_criterion_name: dict[str, FloatArray]) -> dict[str, MeanOverEarthquakes]:
+def _best_minus_other_skill_by_name(
+    confusion_counts_by_criterion_name: dict[str, FloatArray],
+) -> dict[str, MeanOverEarthquakes]:
     """Compute the best criterion's prediction skill minus that of each other criterion, by name of the other.
 
     See `OverturningCriteriaScores.best_minus_other_skill_by_criterion_name`. The counts of each criterion have shape
@@ -358,7 +360,7 @@ def _best_minus_other_skill_by_name(counts_by_criterion_name: dict[str, FloatArr
     """
     skills = {
         name: float(_skill_within_blocks_weighted_by_outcome_variance(counts))
-        for name, counts in counts_by_criterion_name.items()
+        for name, counts in confusion_counts_by_criterion_name.items()
     }
     if not np.isfinite([*skills.values()]).all():
         return {}
@@ -371,8 +373,8 @@ def _best_minus_other_skill_by_name(counts_by_criterion_name: dict[str, FloatArr
         ) - _skill_within_blocks_weighted_by_outcome_variance(second)
 
     pairs = {
-        name: np.concatenate([counts_by_criterion_name[best], counts], axis=-1)
-        for name, counts in counts_by_criterion_name.items()
+        name: np.concatenate([confusion_counts_by_criterion_name[best], counts], axis=-1)
+        for name, counts in confusion_counts_by_criterion_name.items()
     }
     return {
         name: MeanOverEarthquakes(

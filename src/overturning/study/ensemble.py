@@ -245,10 +245,15 @@ def fall_probability_convergence_mask(member_fall_flags: NDArray[np.int8], max_h
 
 
 def mask_of_narrow_fall_share_intervals(
-    plus_1_fall_counts: NDArray[Any], minus_1_fall_counts: NDArray[Any], known_counts: ArrayLike, max_half_width: float
+    plus_1_fall_counts: NDArray[Any],
+    minus_1_fall_counts: NDArray[Any],
+    known_outcome_counts: ArrayLike,
+    max_half_width: float,
 ) -> NDArray[np.bool_]:
     """Return a mask of narrow 95 % intervals: both shares of falls (to either side) within ±`max_half_width`."""
-    ends = [wilson_95_percent_interval(count, known_counts) for count in (plus_1_fall_counts, minus_1_fall_counts)]
+    ends = [
+        wilson_95_percent_interval(count, known_outcome_counts) for count in (plus_1_fall_counts, minus_1_fall_counts)
+    ]
     return np.asarray(np.logical_and(*(high - low <= 2.0 * max_half_width for low, high in ends)))
 
 

@@ -249,17 +249,17 @@ def _observed_stone_of_row(survey_table: SurveyTable, line_number: int, row: Sur
 
 def _select_and_mark_cases_nearest_in_size_and_face(
     outcomes: _CaseOutcomeArrays,
-    nearest_grid_indices: Mapping[str, NDArray[np.intp]],
+    grid_indices_nearest_to_stone: Mapping[str, NDArray[np.intp]],
     used_cases_mask: NDArray[np.bool_],
 ) -> tuple[NDArray[np.floating], FloatArray, _SimulatedCasesResemblingStones | None]:
     """Return outcomes of the simulated cases that resemble a stone, and set these cases True in `used_cases_mask`.
 
     The outcomes are flags (fall or stand) of all these cases, fall azimuths (degrees) of those that fall in a known
-    direction, and displacements of those that stand, with weights whose sum is 1. `nearest_grid_indices`, by
+    direction, and displacements of those that stand, with weights whose sum is 1. `grid_indices_nearest_to_stone`, by
     dimension of the grid, are those of `nearest_grid_indices_of_stone`.
     """
     sizes = zip(outcomes.dimension_names, outcomes.overturned_flags.shape, strict=True)
-    at = np.ix_(*(nearest_grid_indices.get(name, np.arange(size)) for name, size in sizes))
+    at = np.ix_(*(grid_indices_nearest_to_stone.get(name, np.arange(size)) for name, size in sizes))
     flags = outcomes.overturned_flags[at]
     used_cases_mask[at] |= np.isfinite(flags)
     azimuths = np.asarray(outcomes.fall_azimuth_deg[at], np.float64)[flags == 1]

@@ -167,7 +167,7 @@ def _separator_of_header(header_line: str) -> str:
 
 
 def _rows_with_first_line_numbers(
-    text_lines: list[str], cell_separator: str, path: Path, table_kind_in_messages: str
+    lines_of_one_text: list[str], cell_separator: str, path: Path, table_kind_in_messages: str
 ) -> Iterator[tuple[int, list[str]]]:
     """Yield for each row its first line number and its cells; comments and empty lines are skipped."""
     place = 0
@@ -175,12 +175,12 @@ def _rows_with_first_line_numbers(
     def advance_through_remaining_lines() -> Iterator[str]:
         """Yield the lines from the current one on, and advance `place` with each, so that a row may span lines."""
         nonlocal place
-        while place < len(text_lines):
+        while place < len(lines_of_one_text):
             place += 1
-            yield text_lines[place - 1] + "\n"
+            yield lines_of_one_text[place - 1] + "\n"
 
-    while place < len(text_lines):
-        if not text_lines[place].strip() or text_lines[place].startswith("#"):
+    while place < len(lines_of_one_text):
+        if not lines_of_one_text[place].strip() or lines_of_one_text[place].startswith("#"):
             place += 1
             continue
         start = place + 1

@@ -36,7 +36,7 @@ class AzimuthSectors:
     def __init__(self, sector_azimuths_deg: FloatArray) -> None:
         self.azimuth: FloatArray = sector_azimuths_deg
         self.share: FloatArray = plane_weights_by_azimuth_spacing(
-            sector_azimuths_deg, FULL_TURN_DEG, divide_gaps_between_neighbours=True
+            sector_azimuths_deg, FULL_TURN_DEG, divide_uncomputed_gaps_between_neighbours=True
         )
         start = (sector_azimuths_deg[0] + sector_azimuths_deg[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])

@@ -318,18 +318,18 @@ def max_hazard_factor_allowed_by_standing_stones(
     fragility_curve: FragilityCurveParametersRow,
     hazard_curve: HazardCurve,
     exposure_years: float,
-    max_fall_rate_per_year: float,
+    survey_fall_rate_upper_bound_per_year: float,
 ) -> float:
     """Return the largest factor on the hazard that standing stones allow: with it, only 5 % of stones would stand.
 
     The bound follows from stones that still stand: a larger factor would have overturned more of them.
 
     The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
-    larger than ``max_fall_rate_per_year`` divided by the mean rate of the class. It equals this ratio if the components
-    of the spread are unknown. NaN without a bound.
+    larger than ``survey_fall_rate_upper_bound_per_year`` divided by the mean rate of the class. It equals this ratio if
+    the components of the spread are unknown. NaN without a bound.
     """
     rate = estimate_standing_probability(fragility_curve, hazard_curve, exposure_years).annual_fall_rate_per_stone
-    if math.isnan(max_fall_rate_per_year) or not rate > 0:
+    if math.isnan(survey_fall_rate_upper_bound_per_year) or not rate > 0:
         return math.nan
 
     def standing_share_minus_five_percent(ln_hazard_factor: float) -> float:
@@ -340,11 +340,11 @@ def max_hazard_factor_allowed_by_standing_stones(
 
     # Twice the time has the same effect as twice the hazard.
     first, last = (
-        math.log(max_fall_rate_per_year / rate),
-        math.log(MAX_SEARCHED_HAZARD_FACTOR * max(1.0, max_fall_rate_per_year / rate)),
+        math.log(survey_fall_rate_upper_bound_per_year / rate),
+        math.log(MAX_SEARCHED_HAZARD_FACTOR * max(1.0, survey_fall_rate_upper_bound_per_year / rate)),
     )
     if math.isnan(standing_share_minus_five_percent(first)) or standing_share_minus_five_percent(first) <= 0:
-        return max_fall_rate_per_year / rate
+        return survey_fall_rate_upper_bound_per_year / rate
     return (
         math.exp(brentq(standing_share_minus_five_percent, first, last))
         if standing_share_minus_five_percent(last) < 0

@@ -64,7 +64,7 @@ def subtract_product_and_divide_submatrices(fresh, added, one, other):  # type: 
 
 @cache_compiled_kernel
 @njit
-def run_case_and_find_max_tested_pairs_per_step(inputs, samples, sleep):  # type: ignore[no-untyped-def]
+def run_case_and_return_max_tested_pairs_and_state(inputs, samples, sleep):  # type: ignore[no-untyped-def]
     """Simulate one case; return the most element pairs tested in a step after the first, and the elements' state."""
     workspace, cases = allocate_workspace(inputs), np.zeros(rows.PARALLEL_CASE_COUNT, np.int64)
     scene, most, state = view_scene_arrays_without_reference_counts(inputs.scene_arrays), 0, workspace.state

@@ -73,7 +73,7 @@ def predict_block_at_step_end(
     block: BlockConstants,
     state: BlockState,
     step_ticks: float,
-    inertial_accelerations: BlockAccelerationsFromBaseMotion,
+    accelerations_from_base_motion: BlockAccelerationsFromBaseMotion,
     ticks_per_sample: float,
 ) -> BlockPredictedAtStepEnd:
     """Predict a block and its lower corners at the end of a step, relative to the base, with constant acceleration."""
@@ -93,8 +93,10 @@ def predict_block_at_step_end(
         predict_corner_at_step_end(1.0, block, state.right, at),
     )
     push, lift = (
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.negative_of_base_acceleration_x, tick, past),
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.upward_base_acceleration, tick, past),
+        base_acceleration_in_this_or_next_sample(
+            accelerations_from_base_motion.negative_of_base_acceleration_x, tick, past
+        ),
+        base_acceleration_in_this_or_next_sample(accelerations_from_base_motion.upward_base_acceleration, tick, past),
     )
     return BlockPredictedAtStepEnd(
         centre_x=x,

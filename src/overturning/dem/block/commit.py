@@ -227,7 +227,7 @@ def time_since_contact_closed_minus_half_step_or_zero(
 @njit(**INLINE_OPTIONS)
 def compute_block_state_after_step_if_accepted(
     block: BlockConstants,
-    previous_step: BlockAfterAttemptedStep,
+    block_at_step_start: BlockAfterAttemptedStep,
     predicted_block: BlockPredictedAtStepEnd,
     velocity_correction: BlockVelocityCorrectionAndCornerFriction,
     solved_corners: SolvedCornerContactPair,
@@ -236,7 +236,7 @@ def compute_block_state_after_step_if_accepted(
     with_friction: bool,
 ) -> BlockAfterAttemptedStep:
     """Compute a block's state, peak values, and sums of work and lost energy after a step, valid if it is accepted."""
-    (s, peaks, account), (left, right) = previous_step, solved_corners
+    (s, peaks, account), (left, right) = block_at_step_start, solved_corners
     half, turn, tick = (
         predicted_block.half_step_duration,
         predicted_block.half_step_duration * velocity_correction.angular_velocity,

@@ -126,16 +126,18 @@ def advance_block_one_step(
     state: BlockState,
     peaks: BlockPeaksAndLastUprightTick,
     energy_account: BlockEnergyAccount,
-    inertial_accelerations: BlockAccelerationsFromBaseMotion,
+    accelerations_from_base_motion: BlockAccelerationsFromBaseMotion,
     with_vertical_base_motion: bool,
 ) -> tuple[BlockState, BlockPeaksAndLastUprightTick, BlockEnergyAccount]:
     """Advance one block by one step of Cundall's scheme; return its state, peak values, and work and lost energy."""
     dt = block.seconds_per_tick * TICKS_PER_STEP
     push, lift = (
         base_acceleration_at_tick(
-            inertial_accelerations.negative_of_base_acceleration_x, state.ticks_since_sample_start
+            accelerations_from_base_motion.negative_of_base_acceleration_x, state.ticks_since_sample_start
         ),
-        base_acceleration_at_tick(inertial_accelerations.upward_base_acceleration, state.ticks_since_sample_start),
+        base_acceleration_at_tick(
+            accelerations_from_base_motion.upward_base_acceleration, state.ticks_since_sample_start
+        ),
     )
     rate = block.dashpot_constant_per_mass / dt
     (arm_left, drop_left), (arm_right, drop_right) = (

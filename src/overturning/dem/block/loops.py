@@ -280,11 +280,11 @@ CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME: Final[dict[IntegrationScheme, tuple[Any, A
 
 
 def select_time_stepping_loop(
-    scheme_constants: Any, upward_acceleration_or_none: Any, friction_marker_none_if_frictionless: Any
+    scheme_constants: Any, numba_type_of_upward_acceleration: Any, friction_marker_none_if_frictionless: Any
 ) -> Any:
     """Return a scheme's compiled time-stepping loop for blocks, with or without vertical base motion and friction.
 
-    `upward_acceleration_or_none` is None for the loop without vertical motion, and
+    `numba_type_of_upward_acceleration` is None for the loop without vertical motion, and
     `friction_marker_none_if_frictionless` for that without friction. Arguments are the types that Numba has inferred.
     """
     make = next(
@@ -293,23 +293,23 @@ def select_time_stepping_loop(
         if type(one) is scheme_constants.instance_class
     )
     return make(
-        not isinstance(upward_acceleration_or_none, types.NoneType),
+        not isinstance(numba_type_of_upward_acceleration, types.NoneType),
         not isinstance(friction_marker_none_if_frictionless, types.NoneType),
     )
 
 
 @overload(select_time_stepping_loop)
 def _overload_select_time_stepping_loop(
-    scheme_constants: Any, upward_acceleration_or_none: Any, friction_marker_none_if_frictionless: Any
+    scheme_constants: Any, numba_type_of_upward_acceleration: Any, friction_marker_none_if_frictionless: Any
 ) -> Any:
     """Tell Numba which time-stepping loop `select_time_stepping_loop` returns for arguments of these types."""
     step_function = select_time_stepping_loop(
-        scheme_constants, upward_acceleration_or_none, friction_marker_none_if_frictionless
+        scheme_constants, numba_type_of_upward_acceleration, friction_marker_none_if_frictionless
     )
 
     def return_loop_selected_by_argument_types(
         scheme_constants: Any,  # noqa: ARG001
-        upward_acceleration_or_none: Any,  # noqa: ARG001
+        numba_type_of_upward_acceleration: Any,  # noqa: ARG001
         friction_marker_none_if_frictionless: Any,  # noqa: ARG001
     ) -> Any:
         """Return the compiled time-stepping loop selected by the Numba types of the arguments."""

@@ -212,7 +212,7 @@ def advance_sample_load_motion_and_normalise_rotation(
     motion_row_by_case: Any,
     case_index_by_lane: Any,
     horizontal_acceleration_by_azimuth_m_s2: Any,
-    upward_acceleration_or_none: Any,
+    numba_type_of_upward_acceleration: Any,
     settings: SettingsCommonToParallelCases,
 ) -> None:
     """Advance each case to its next sample, load the base motion, and rescale its (cos θ, sin θ) to length 1.
@@ -220,7 +220,7 @@ def advance_sample_load_motion_and_normalise_rotation(
     `motion_row_by_case` has the row of `horizontal_acceleration_by_azimuth_m_s2` for each case; the upward
     acceleration, m/s², has a value for each sample.
     """
-    across, up = horizontal_acceleration_by_azimuth_m_s2, upward_acceleration_or_none
+    across, up = horizontal_acceleration_by_azimuth_m_s2, numba_type_of_upward_acceleration
     ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
     for j in range(assume_vector_multiple(computed_lane_count)):
         s = load_state(state, j)
@@ -246,7 +246,7 @@ def advance_sample_load_motion_and_normalise_rotation(
                 across[motion_row_by_case[case_index_by_lane[j]]], i, -course.amplitude_factor, scale
             ),
         )
-        if upward_acceleration_or_none is not None:
+        if numba_type_of_upward_acceleration is not None:
             store_upward_base_acceleration(
                 state, j, linear_base_acceleration_of_sample(up, i, course.amplitude_factor, scale)
             )

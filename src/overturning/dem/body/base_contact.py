@@ -61,7 +61,7 @@ def one_if_point_penetrates_nearly_at_rest(
 @njit(**INLINE_OPTIONS)
 def update_lowest_and_highest_base_vertex(
     body: BodyConstants,
-    base_contact_state: BaseExtremeVerticesAndFlatLandingState,
+    base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState,
     body_axes: Matrix3,
     vertex: BodyVertex,
     point_state_at_step_start: BodyContactPointState,
@@ -72,34 +72,34 @@ def update_lowest_and_highest_base_vertex(
     still = one_if_point_penetrates_nearly_at_rest(body, point_state_at_step_start)
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & (
-        (height < base_contact_state.lowest_base_vertex_height_above_centre)
+        (height < base_contact_state_of_earlier_vertices.lowest_base_vertex_height_above_centre)
         | (
-            (height == base_contact_state.lowest_base_vertex_height_above_centre)
-            & (still > base_contact_state.lowest_vertex_rests)
+            (height == base_contact_state_of_earlier_vertices.lowest_base_vertex_height_above_centre)
+            & (still > base_contact_state_of_earlier_vertices.lowest_vertex_rests)
         )
     )
     high = below & (
-        (height > base_contact_state.highest_base_vertex_height_above_centre)
+        (height > base_contact_state_of_earlier_vertices.highest_base_vertex_height_above_centre)
         | (
-            (height == base_contact_state.highest_base_vertex_height_above_centre)
-            & (still > base_contact_state.highest_vertex_rests)
+            (height == base_contact_state_of_earlier_vertices.highest_base_vertex_height_above_centre)
+            & (still > base_contact_state_of_earlier_vertices.highest_vertex_rests)
         )
     )
     return BaseExtremeVerticesAndFlatLandingState(
-        height if low else base_contact_state.lowest_base_vertex_height_above_centre,
-        height if high else base_contact_state.highest_base_vertex_height_above_centre,
-        still if low else base_contact_state.lowest_vertex_rests,
-        still if high else base_contact_state.highest_vertex_rests,
-        base_contact_state.shortest_remaining_impact_time_of_base_points,
-        base_contact_state.longest_landing_time_left_of_loaded_points,
-        base_contact_state.tilting_share_of_friction_moment_in_flat_landing,
+        height if low else base_contact_state_of_earlier_vertices.lowest_base_vertex_height_above_centre,
+        height if high else base_contact_state_of_earlier_vertices.highest_base_vertex_height_above_centre,
+        still if low else base_contact_state_of_earlier_vertices.lowest_vertex_rests,
+        still if high else base_contact_state_of_earlier_vertices.highest_vertex_rests,
+        base_contact_state_of_earlier_vertices.shortest_remaining_impact_time_of_base_points,
+        base_contact_state_of_earlier_vertices.longest_landing_time_left_of_loaded_points,
+        base_contact_state_of_earlier_vertices.tilting_share_of_friction_moment_in_flat_landing,
     )
 
 
 @njit(**INLINE_OPTIONS)
 def vertex_waits_until_extreme_vertices_rest(
     body: BodyConstants,
-    base_contact_state: BaseExtremeVerticesAndFlatLandingState,
+    base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState,
     vertex: BodyVertex,
     vertex_height_above_centre: float,
     point_state_at_step_start: BodyContactPointState,
@@ -111,28 +111,34 @@ def vertex_waits_until_extreme_vertices_rest(
     relative to the centre, m.
     """
     slack = body.extreme_vertex_tolerance_to_height_range * (
-        base_contact_state.highest_base_vertex_height_above_centre
-        - base_contact_state.lowest_base_vertex_height_above_centre
+        base_contact_state_of_earlier_vertices.highest_base_vertex_height_above_centre
+        - base_contact_state_of_earlier_vertices.lowest_base_vertex_height_above_centre
     )
     between = (
-        (vertex_height_above_centre > base_contact_state.lowest_base_vertex_height_above_centre + slack)
-        & (vertex_height_above_centre < base_contact_state.highest_base_vertex_height_above_centre - slack)
+        (
+            vertex_height_above_centre
+            > base_contact_state_of_earlier_vertices.lowest_base_vertex_height_above_centre + slack
+        )
+        & (
+            vertex_height_above_centre
+            < base_contact_state_of_earlier_vertices.highest_base_vertex_height_above_centre - slack
+        )
         & vertex_belongs_to_base(body, vertex)
     )
     return (
         between
         & (point_state_at_step_start.penetration <= 0.0)
-        & (not lowest_and_highest_base_points_rest(base_contact_state))
+        & (not lowest_and_highest_base_points_rest(base_contact_state_of_earlier_vertices))
     )
 
 
 @njit(**INLINE_OPTIONS)
-def is_body_in_flat_landing(base_contact_state: BaseExtremeVerticesAndFlatLandingState) -> bool:
+def is_body_in_flat_landing(base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState) -> bool:
     """True while a flat landing of a body lasts: its base touches in one impact, in which dashpots may pull.
 
     See `overturning.dem.block.landing`.
     """
-    return base_contact_state.shortest_remaining_impact_time_of_base_points > 0.0
+    return base_contact_state_of_earlier_vertices.shortest_remaining_impact_time_of_base_points > 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -149,7 +155,7 @@ def longest_landing_time_including_point(
 
 @njit(**INLINE_OPTIONS)
 def remaining_landing_time_of_new_contact(
-    body: BodyConstants, base_contact_state: BaseExtremeVerticesAndFlatLandingState
+    body: BodyConstants, base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState
 ) -> float:
     """Return the time (s) for which a contact point that touches now still takes part in a flat landing.
 
@@ -157,15 +163,20 @@ def remaining_landing_time_of_new_contact(
     """
     return (
         body.flat_landing_duration_s
-        if base_contact_state.longest_landing_time_left_of_loaded_points == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
-        else base_contact_state.longest_landing_time_left_of_loaded_points
+        if base_contact_state_of_earlier_vertices.longest_landing_time_left_of_loaded_points
+        == LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
+        else base_contact_state_of_earlier_vertices.longest_landing_time_left_of_loaded_points
     )
 
 
 @njit(**INLINE_OPTIONS)
-def lowest_and_highest_base_points_rest(base_contact_state: BaseExtremeVerticesAndFlatLandingState) -> bool:
+def lowest_and_highest_base_points_rest(
+    base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState,
+) -> bool:
     """True if the lowest and the highest vertex of a body's base both rest on the ground."""
-    return (base_contact_state.lowest_vertex_rests > 0.0) & (base_contact_state.highest_vertex_rests > 0.0)
+    return (base_contact_state_of_earlier_vertices.lowest_vertex_rests > 0.0) & (
+        base_contact_state_of_earlier_vertices.highest_vertex_rests > 0.0
+    )
 
 
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
@@ -209,7 +220,7 @@ def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def use_full_friction_moment_where_friction_tips_body(
-    body_states: Any, vertex_rows: Any, vertex_array_length: int, lane_count: int
+    body_states: Any, vertex_rows: Any, length_of_vertex_rows: int, lane_count: int
 ) -> None:
     """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
 
@@ -218,7 +229,7 @@ def use_full_friction_moment_where_friction_tips_body(
     act at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre. If that point lies
     within the base, the normal forces balance the moment of friction.
     """
-    for point in range(0, vertex_array_length, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
+    for point in range(0, length_of_vertex_rows, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         for j in range(assume_vector_multiple(lane_count)):
             body = load_body_constants(body_states, j)

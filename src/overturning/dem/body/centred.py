@@ -72,7 +72,7 @@ def predict_body_with_step_start_forces(
     body: BodyConstants,
     state_at_step_start: BodyState,
     step_length_ticks: float,
-    inertial_accelerations: InertialAndUpwardBaseAccelerations3D,
+    inertial_and_upward_base_accelerations: InertialAndUpwardBaseAccelerations3D,
     ticks_per_sample: float,
 ) -> BodyPredictedForStepEnd:
     """Predict the state of a body at the end of a step with its acceleration and contact moment at the step's start."""
@@ -95,9 +95,15 @@ def predict_body_with_step_start_forces(
         dt,
     )
     at_end = Vector3(
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.negative_of_base_acceleration_x, tick, past),
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_y, tick, past),
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.upward_base_acceleration, tick, past),
+        base_acceleration_in_this_or_next_sample(
+            inertial_and_upward_base_accelerations.negative_of_base_acceleration_x, tick, past
+        ),
+        base_acceleration_in_this_or_next_sample(
+            inertial_and_upward_base_accelerations.inertial_acceleration_y, tick, past
+        ),
+        base_acceleration_in_this_or_next_sample(
+            inertial_and_upward_base_accelerations.upward_base_acceleration, tick, past
+        ),
     )
     return BodyPredictedForStepEnd(
         centre_position=extrapolate_vector(state_at_step_start.centre_position, dt, v),
@@ -154,16 +160,16 @@ def slip_and_tilting_moment_share_in_flat_landing(
     point_position_from_centre: Vector3,
     centre_velocity: Vector3,
     angular_velocity: Vector3,
-    lands_flat_and_tilting_share: tuple[bool, float],
+    lands_flat_and_tilting_moment_share: tuple[bool, float],
 ) -> tuple[float, float, bool, float]:
     """Return a point's slip direction (x, y) in a flat landing, whether it slides, and its tilting moment share.
 
     The last value is the part of the moment of the point's friction that tilts the body.
-    `lands_flat_and_tilting_share` holds whether the body lands flat, and that part for a point that slides meanwhile
-    (`BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`). See
+    `lands_flat_and_tilting_moment_share` holds whether the body lands flat, and that part for a point that slides
+    meanwhile (`BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
-    lands_flat, tilting = lands_flat_and_tilting_share
+    lands_flat, tilting = lands_flat_and_tilting_moment_share
     x = centre_velocity.x - angular_velocity.z * point_position_from_centre.y
     y = centre_velocity.y + angular_velocity.z * point_position_from_centre.x
     square, least = x * x + y * y, body.friction * centre_velocity.z
@@ -192,18 +198,18 @@ def predict_contact_point(
     body_axes: Matrix3,
     point_position_from_centre: Vector3,
     point_state_at_step_start: BodyContactPointState,
-    predicted_forces_decide_contact: bool,
+    contact_vibration_is_resolved: bool,
     base_is_round: bool,
-    landing_conditions: FlatLandingInputsOfContactPoint,
+    flat_landing_inputs: FlatLandingInputsOfContactPoint,
 ) -> PredictedContactPoint:
     """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
-    If the step resolves the contact vibration (`predicted_forces_decide_contact`), the predicted forces decide about
+    If the step resolves the contact vibration (`contact_vibration_is_resolved`), the predicted forces decide about
     contact and slip. In a longer step these forces would be too large; the state of the point after the last step is
     used.
     """
     old, r = point_state_at_step_start, point_position_from_centre
-    deferred, flat, new_landing, base_tilting = landing_conditions
+    deferred, flat, new_landing, base_tilting = flat_landing_inputs
     u = plus(predicted_body.end_velocity, cross_product(predicted_body.end_angular_velocity, r))
     # Points of a rim move along it: their velocity is stored instead of their position.
     slip_x = (
@@ -223,7 +229,7 @@ def predict_contact_point(
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.point_normal_stiffness_per_mass * depth - body.point_dashpot_constant_per_mass * u.z
     in_contact = (
-        ((n > 0.0) | flat) & (depth > 0.0) if predicted_forces_decide_contact else old.normal_force_per_mass != 0.0
+        ((n > 0.0) | flat) & (depth > 0.0) if contact_vibration_is_resolved else old.normal_force_per_mass != 0.0
     )
     hx = -(body.point_tangential_stiffness_per_mass * tx) - body.point_dashpot_constant_per_mass * u.x
     hy = -(body.point_tangential_stiffness_per_mass * ty) - body.point_dashpot_constant_per_mass * u.y
@@ -231,15 +237,13 @@ def predict_contact_point(
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * one, hy * one
-    most = body.friction * (n if predicted_forces_decide_contact else old.normal_force_per_mass)
+    most = body.friction * (n if contact_vibration_is_resolved else old.normal_force_per_mass)
     smooth = body.friction == 0.0
     drift_x, drift_y, drifts, tilting = slip_and_tilting_moment_share_in_flat_landing(
         body, r, predicted_body.end_velocity, predicted_body.end_angular_velocity, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = (
-        square > most * most if predicted_forces_decide_contact else old.slid_in_last_step_or_rejected_attempt > 0.0
-    )
+    slides = square > most * most if contact_vibration_is_resolved else old.slid_in_last_step_or_rejected_attempt > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
     turn = angular_velocity_from_momentum(body.mass_over_inertia, body_axes, Vector3(
@@ -288,7 +292,7 @@ def contact_force_and_derivatives_of_point(
     half_step_length_s: float,
     predicted_point: PredictedContactPoint,
     point_state_at_step_start: BodyContactPointState,
-    predicted_forces_decide_contact: bool,
+    contact_vibration_is_resolved: bool,
 ) -> ContactForcesAndNegatedVelocityDerivatives:
     """Return the terms of one contact point in the linear equations for a body's velocity corrections in a step.
 
@@ -311,7 +315,7 @@ def contact_force_and_derivatives_of_point(
         - body.point_dashpot_constant_per_mass * u.y,
     )
     part = clipped_friction_limit_to_sticking_force_ratio(
-        body.friction * (n if predicted_forces_decide_contact else point_state_at_step_start.normal_force_per_mass),
+        body.friction * (n if contact_vibration_is_resolved else point_state_at_step_start.normal_force_per_mass),
         hx * hx + hy * hy,
         slides,
     )

@@ -87,16 +87,16 @@ def contact_changes_of_point(
     point_velocity: Vector3,
     friction_limit_per_mass: float,
     point_slides: bool,
-    predicted_forces_decide_contact: bool,
+    contact_vibration_is_resolved: bool,
 ) -> LargestContactChangesOfBody:
     """Return the changes (opening, closing, sliding…) of one contact point of a body in an attempted step.
 
-    If the predicted forces decided about its contact (`predicted_forces_decide_contact`), sliding contrary to the
+    If the predicted forces decided about its contact (`contact_vibration_is_resolved`), sliding contrary to the
     assumption does not count as a change.
     """
     carries = friction_limit_per_mass > 0.0
     assumed = predicted_point.is_assumed_to_slide > 0.0
-    long = not predicted_forces_decide_contact
+    long = not contact_vibration_is_resolved
     deeper = (
         predicted_point.penetration
         if predicted_point.penetration > penetration_at_step_end
@@ -140,7 +140,7 @@ def compute_point_forces(
     predicted_point: PredictedContactPoint,
     point_state_at_step_start: BodyContactPointState,
     velocity_correction: BodyVelocityCorrection,
-    predicted_forces_decide_contact: bool,
+    contact_vibration_is_resolved: bool,
     base_is_round: bool,
 ) -> tuple[ContactForceAndMomentSum, LargestContactChangesOfBody, BodyContactPointState]:
     """Return a contact point's force, moment and losses per body mass at a step end, changes and new state."""
@@ -188,7 +188,7 @@ def compute_point_forces(
     force = Vector3(fx, fy, n)
     moment = cross_product(lever, force)
     findings = contact_changes_of_point(
-        predicted_point, old, depth, force, u, most, slips, predicted_forces_decide_contact
+        predicted_point, old, depth, force, u, most, slips, contact_vibration_is_resolved
     )
     x = u.x if base_is_round else (predicted_body.centre_position.x + r.x) + half * e.x
     y = u.y if base_is_round else (predicted_body.centre_position.y + r.y) + half * e.y
@@ -228,7 +228,7 @@ def lowest_rim_point_moves_too_far_in_step(
 
 @njit(**INLINE_OPTIONS)
 def base_acceleration_stays_below_limit(
-    inertial_accelerations: InertialAndUpwardBaseAccelerations3D,
+    inertial_and_upward_base_accelerations: InertialAndUpwardBaseAccelerations3D,
     inertial_xy_and_up_acceleration_at_step_end: Vector3,
     ticks_per_sample: float,
     max_horizontal_to_effective_gravity_ratio: float,
@@ -242,11 +242,13 @@ def base_acceleration_stays_below_limit(
     end = 2.0 * ticks_per_sample
     x, y, up = (
         base_acceleration_in_this_or_next_sample(
-            inertial_accelerations.negative_of_base_acceleration_x, end, ticks_per_sample
+            inertial_and_upward_base_accelerations.negative_of_base_acceleration_x, end, ticks_per_sample
         ),
-        base_acceleration_in_this_or_next_sample(inertial_accelerations.inertial_acceleration_y, end, ticks_per_sample),
         base_acceleration_in_this_or_next_sample(
-            inertial_accelerations.upward_base_acceleration, end, ticks_per_sample
+            inertial_and_upward_base_accelerations.inertial_acceleration_y, end, ticks_per_sample
+        ),
+        base_acceleration_in_this_or_next_sample(
+            inertial_and_upward_base_accelerations.upward_base_acceleration, end, ticks_per_sample
         ),
     )
     first = max_horizontal_to_effective_gravity_ratio * (GRAVITY + inertial_xy_and_up_acceleration_at_step_end.z)
@@ -264,11 +266,11 @@ def contact_changes_in_body_step(
     largest_contact_changes: LargestContactChangesOfBody,
     normal_force_per_mass: float,
     lowest_rim_point_moves_too_far: bool,
-    base_acceleration_is_below_limit: bool,
+    base_motion_is_weak_enough_for_long_steps: bool,
 ) -> StepContactChanges:
     """Return the contact changes of a body in an attempted step, by which the step is accepted or rejected."""
     slides = (largest_contact_changes.some_loaded_point_sticks == 0.0) & (normal_force_per_mass > 0.0)
-    stands = base_acceleration_is_below_limit & (largest_contact_changes.some_point_carries_no_load == 0.0)
+    stands = base_motion_is_weak_enough_for_long_steps & (largest_contact_changes.some_point_carries_no_load == 0.0)
     return StepContactChanges(
         contact_opened_or_closed=largest_contact_changes.positive_if_contact_opened_or_closed > 0.0,
         motion_requires_shorter_step=lowest_rim_point_moves_too_far,

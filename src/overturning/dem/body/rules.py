@@ -341,7 +341,11 @@ def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> in
 
 
 def skip_samples_too_weak_to_move_resting_cases(
-    kernel_input: Any, workspace: Any, case_index_by_lane: Any, active_lane_count: int, skipped_samples_by_lane_out: Any
+    kernel_input: Any,
+    workspace: Any,
+    case_index_by_lane: Any,
+    active_lane_count: int,
+    skipped_sample_totals_by_lane_in_place: Any,
 ) -> None:
     """Skip, for each case with a body at rest, the samples whose base motion is too weak to move the body."""
     settings = kernel_input.settings
@@ -367,7 +371,7 @@ def skip_samples_too_weak_to_move_resting_cases(
                 ground, row[case_index_by_lane[j]], now, course.amplitude_factor, rest_limit
             )
             state[CURRENT_SAMPLE_ROW + j] += samples
-            skipped_samples_by_lane_out[j] += samples
+            skipped_sample_totals_by_lane_in_place[j] += samples
 
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> int:

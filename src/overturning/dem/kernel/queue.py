@@ -215,7 +215,10 @@ def grow_trajectory_array_if_needed(trajectory_rows: Any, min_rows: int, max_row
 
 @njit(**PYTHON_CALLABLE_COMPILE_OPTIONS)
 def run_case_queue(
-    kernel_input: Any, case_numbers_in_queue_order: Any, counter_of_block_steps_done: Any, trajectory_of_first_case: Any
+    kernel_input: Any,
+    case_numbers_in_queue_order: Any,
+    counter_of_block_steps_done: Any,
+    trajectory_buffer_of_first_case: Any,
 ) -> tuple[Any, int]:
     """Simulate a group of cases, several in parallel, until all have ended; the next case starts when one has ended.
 
@@ -229,7 +232,7 @@ def run_case_queue(
         Indices of the cases to run, in this order.
     counter_of_block_steps_done : ndarray of int64, shape (1,)
         Incremented by the block steps done, to show progress.
-    trajectory_of_first_case : ndarray, shape (rows, …)
+    trajectory_buffer_of_first_case : ndarray, shape (rows, …)
         Filled with the trajectory of the first case; without rows, no trajectory is recorded.
 
     Returns
@@ -262,12 +265,12 @@ def run_case_queue(
             if head < case_numbers_in_queue_order.size:
                 active, head = active + 1, head + 1
         if active == 0 or recorded < 0:
-            return trajectory_of_first_case, recorded
+            return trajectory_buffer_of_first_case, recorded
         skip_samples_too_weak_to_move_resting_cases(kernel_input, workspace, case, active, left_out)
         columns = (active + 7) // 8 * 8
         update_sample_and_load_motion(kernel_input, workspace, case, columns)
-        trajectory_of_first_case, recorded = attempt_steps_until_next_check(
-            kernel_input, workspace, columns, trajectory_of_first_case, recorded
+        trajectory_buffer_of_first_case, recorded = attempt_steps_until_next_check(
+            kernel_input, workspace, columns, trajectory_buffer_of_first_case, recorded
         )
         counter_of_block_steps_done[0] += active * steps
         spent = none

@@ -155,7 +155,7 @@ def _first_number_address(context: Any, builder: Any, numba_array_type: Any, llv
 
 
 def create_tuple_loader(
-    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], machine_code_name_without_verb: str
+    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], llvm_function_name_without_prefix: str
 ) -> Any:
     """Return a compiled function ``load(array, j)`` that reads a named tuple from column j of a state array.
 
@@ -172,7 +172,7 @@ def create_tuple_loader(
         ]
         return build_llvm_tuple(context, builder, tuple_type, iter(numbers))
 
-    generated = GeneratedLlvmFunction(f"load.{machine_code_name_without_verb}", generate_load_instructions)
+    generated = GeneratedLlvmFunction(f"load.{llvm_function_name_without_prefix}", generate_load_instructions)
 
     def signature_and_generator_for_load(
         _typing_context: Any,
@@ -192,7 +192,7 @@ def create_tuple_loader(
 
 
 def create_tuple_storer(
-    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], machine_code_name_without_verb: str
+    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], llvm_function_name_without_prefix: str
 ) -> Any:
     """Return a compiled function ``store(array, j, value)`` that writes a named tuple to column j of a state array.
 
@@ -207,7 +207,7 @@ def create_tuple_storer(
             if row is not None:
                 builder.store(number, _address_of_number(builder, llvm_array_address, row, llvm_lane_index))
 
-    generated = GeneratedLlvmFunction(f"store.{machine_code_name_without_verb}", generate_store_instructions)
+    generated = GeneratedLlvmFunction(f"store.{llvm_function_name_without_prefix}", generate_store_instructions)
 
     def signature_and_generator_for_store(
         _typing_context: Any,
@@ -237,7 +237,7 @@ def create_tuple_storer(
 
 
 def create_store_tuple_unless_function(
-    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], machine_code_name_without_verb: str
+    tuple_type: type, row_offset_of_each_number_or_none: list[int | None], llvm_function_name_without_prefix: str
 ) -> Any:
     """Return a compiled function ``store_unless(array, j, keep, value)`` that writes a tuple unless `keep` is true.
 
@@ -253,7 +253,7 @@ def create_store_tuple_unless_function(
                 at = _address_of_number(builder, llvm_array_address, row, llvm_lane_index)
                 builder.store(select_llvm_value_without_branch(builder, llvm_keep_flag, builder.load(at), number), at)
 
-    generated = GeneratedLlvmFunction(f"store_unless.{machine_code_name_without_verb}", generate_store_instructions)
+    generated = GeneratedLlvmFunction(f"store_unless.{llvm_function_name_without_prefix}", generate_store_instructions)
 
     def signature_and_generator_for_store_unless(
         _context: Any,

@@ -71,7 +71,7 @@ def solved_planar_contact_point(
     contact_law: ContactPointConstants,
     point_history: PlanarContactPointHistory,
     contact_point: PlanarContactPoint,
-    predicted_stretch_and_assumed_slip: PredictedStretchAndAssumedFriction,
+    predicted_stretch_and_assumed_friction: PredictedStretchAndAssumedFriction,
     predicted_motion_and_velocity_correction: tuple[
         RelativeVelocityAndConstantsOfPair, PairRelativeVelocityOrDirectionWithLeverArms
     ],
@@ -90,7 +90,7 @@ def solved_planar_contact_point(
     opening, slipping = opening + more_open, slipping + more_slip
     depth, stretch = (
         contact_point.penetration - half_step_time * more_open,
-        predicted_stretch_and_assumed_slip.tangential_spring_stretch + half_step_time * more_slip,
+        predicted_stretch_and_assumed_friction.tangential_spring_stretch + half_step_time * more_slip,
     )
     touches, was = (
         contact_point.vertex_projects_onto_other_face > 0.0,
@@ -116,7 +116,7 @@ def solved_planar_contact_point(
         clamp_magnitude(stretch, holds * contact_law.tangential_compliance_or_zero_without_spring) if slips else stretch
     )
     spring = spring if inside else 0.0
-    assumed = 0.0 if fine else predicted_stretch_and_assumed_slip.signed_friction_coefficient_or_zero_if_sticking
+    assumed = 0.0 if fine else predicted_stretch_and_assumed_friction.signed_friction_coefficient_or_zero_if_sticking
     changed = (
         (inside != was)
         | ((not was) & (touches & (contact_point.penetration > 0.0)))

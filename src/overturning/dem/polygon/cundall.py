@@ -202,18 +202,18 @@ def advance_scene_one_step(
     case_states: Any,
     equation_submatrices_of_all_cases: Any,  # noqa: ARG001, used by the centred scheme only
     nonzero_pattern: Any,  # noqa: ARG001
-    active_pairs_and_resume_motions: Any,
+    pair_contact_test_schedule: Any,
     moves_relative_to_base_by_element: Any,
     scene_arrays: Any,
     ticks_per_sample: float,  # noqa: ARG001, each step is one tick
 ) -> None:
     """Advance a scene by a step of Cundall's scheme, for all cases in parallel; vertical base motion may be None."""
     sum_motions_and_resume_contact_tests(
-        case_states, scene_arrays, active_pairs_and_resume_motions, moves_relative_to_base_by_element.size
+        case_states, scene_arrays, pair_contact_test_schedule, moves_relative_to_base_by_element.size
     )
     kept = 0
-    for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
-        p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
+    for n in range(pair_contact_test_schedule.active_pair_count[0]):
+        p = pair_contact_test_schedule.indices_of_pairs_tested_each_step[n]
         q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         near = update_nearest_faces_and_check_possible_contact(
             case_states,
@@ -227,10 +227,10 @@ def advance_scene_one_step(
         )
         if near:
             add_pair_forces_and_store_contact_history(q, a, b, case_states)
-        if near or keep_contact_tests_unless_distant(q, a, b, p, active_pairs_and_resume_motions):
-            active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[kept] = p
+        if near or keep_contact_tests_unless_distant(q, a, b, p, pair_contact_test_schedule):
+            pair_contact_test_schedule.indices_of_pairs_tested_each_step[kept] = p
             kept += 1
-    active_pairs_and_resume_motions.active_pair_count[0] = kept
+    pair_contact_test_schedule.active_pair_count[0] = kept
     for i in range(moves_relative_to_base_by_element.size):
         # Free and held elements move; a driven one rests in the frame of the base.
         if moves_relative_to_base_by_element[i]:

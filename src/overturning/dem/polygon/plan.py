@@ -246,13 +246,13 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
     prepared_scenes_by_size_and_damping: list[PreparedScene],
     scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,
-    find_motion_ranges_for_onset_acceleration_g: Callable[
+    find_simulated_samples_by_onset_acceleration_g: Callable[
         [FloatArray], tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]
     ],
 ) -> FloatArray:
     """Return the sample from which each group that can rock as one stays at rest, shape (cases, groups).
 
-    `find_motion_ranges_for_onset_acceleration_g` is `simulated_sample_ranges_and_stays_at_rest` of the motion, a
+    `find_simulated_samples_by_onset_acceleration_g` is `simulated_sample_ranges_and_stays_at_rest` of the motion, a
     function of the onset acceleration of each case, |a|/g.
     """
     friction = np.asarray(cases.friction)
@@ -273,7 +273,7 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
             for item in prepared_scenes_by_size_and_damping
         ]
         safe = UPLIFT_ACCELERATION_SAFETY_FACTOR * np.array(uplift)[scene_variant_index_by_case]
-        samples[:, group] = find_motion_ranges_for_onset_acceleration_g(
+        samples[:, group] = find_simulated_samples_by_onset_acceleration_g(
             np.minimum(safe, grip) / SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
         )[1]
     return samples
@@ -283,7 +283,7 @@ def _rest_acceleration_limits_g_of_cases(
     prepared_scenes_by_size_and_damping: list[PreparedScene],
     scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,
-    motion_onset_acceleration_g_by_case: FloatArray,
+    no_movement_below_acceleration_g_by_case: FloatArray,
     sampling_interval: float,
 ) -> FloatArray:
     """Return the base acceleration |a|/g up to which a scene at rest stays at rest, for each case, shape (cases,)."""
@@ -301,7 +301,7 @@ def _rest_acceleration_limits_g_of_cases(
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
     return largest_acceleration_without_motion_g(
         lifts[scene_variant_index_by_case],
-        motion_onset_acceleration_g_by_case,
+        no_movement_below_acceleration_g_by_case,
         lifts[scene_variant_index_by_case],
         rings,
         MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,

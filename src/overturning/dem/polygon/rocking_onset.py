@@ -65,16 +65,16 @@ def _uplift_acceleration_g_of_group(
     elements: Elements,
     group_element_indices: list[int],
     pivot_x_and_z: tuple[float, float],
-    rotation_sign: float,
+    x_sign_of_rocking_direction: float,
 ) -> float:
     """Return the base acceleration |a|/g at which a group of elements starts to rock about an edge, to −x or +x.
 
-    `rotation_sign` is −1 or +1.
+    `x_sign_of_rocking_direction` is −1 or +1.
     """
     mass = sum(elements[n].mass for n in group_element_indices)
     x = sum(elements[n].mass * elements[n].centre_of_mass_x for n in group_element_indices) / mass
     z = sum(elements[n].mass * elements[n].centre_of_mass_z for n in group_element_indices) / mass
-    return float(rotation_sign * (pivot_x_and_z[0] - x) / (z - pivot_x_and_z[1]))
+    return float(x_sign_of_rocking_direction * (pivot_x_and_z[0] - x) / (z - pivot_x_and_z[1]))
 
 
 def _indices_of_elements_overturning_together(
@@ -83,7 +83,7 @@ def _indices_of_elements_overturning_together(
     lowest_element_index: int,
     last_counted_element_index: int,
     pivot_x_and_z: tuple[float, float],
-    rotation_sign: float,
+    x_sign_of_rocking_direction: float,
     base_acceleration_over_g: float,
 ) -> list[int]:
     """Return the indices of an element and of the elements on it that overturn with it at a base acceleration.
@@ -96,7 +96,7 @@ def _indices_of_elements_overturning_together(
         """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
         item, whole = elements[element_index], base_acceleration_over_g == -np.inf
         arm, height = (
-            rotation_sign * (pivot_x_and_z[0] - item.centre_of_mass_x),
+            x_sign_of_rocking_direction * (pivot_x_and_z[0] - item.centre_of_mass_x),
             item.centre_of_mass_z - pivot_x_and_z[1],
         )
         held = 0.0 if whole else item.mass * (arm - base_acceleration_over_g * height)

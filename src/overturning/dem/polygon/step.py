@@ -232,14 +232,14 @@ def advance_scene_one_step(
     case_states: Any,
     equation_submatrices_of_all_cases: Any,
     nonzero_pattern: Any,
-    active_pairs_and_resume_motions: Any,
+    pair_contact_test_schedule: Any,
     moves_relative_to_base_by_element: Any,
     scene_arrays: Any,
     ticks_per_sample: float,
 ) -> None:
     """Advance a scene by a step of the centred scheme, for all cases in parallel; vertical base motion may be None."""
     reset_step_contact_changes(case_states)
-    size, near = moves_relative_to_base_by_element.size, active_pairs_and_resume_motions.may_touch_by_pair
+    size, near = moves_relative_to_base_by_element.size, pair_contact_test_schedule.may_touch_by_pair
     clear_nonzero_pattern(nonzero_pattern)
     for i in range(size):
         predict_element_motion(
@@ -249,10 +249,10 @@ def advance_scene_one_step(
             ticks_per_sample,
             scene_arrays.gravity,
         )
-    sum_motions_and_resume_contact_tests(case_states, scene_arrays, active_pairs_and_resume_motions, size)
+    sum_motions_and_resume_contact_tests(case_states, scene_arrays, pair_contact_test_schedule, size)
     kept = 0
-    for n in range(active_pairs_and_resume_motions.active_pair_count[0]):
-        p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
+    for n in range(pair_contact_test_schedule.active_pair_count[0]):
+        p = pair_contact_test_schedule.indices_of_pairs_tested_each_step[n]
         q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         near[p] = update_nearest_faces_and_check_possible_contact(
             case_states,
@@ -273,13 +273,13 @@ def advance_scene_one_step(
                 scene_arrays.pair_element_and_piece_indices[p, 1],
             )
             add_pair_contact_terms_to_equations(q, a, b, case_states, into, fresh)
-        if near[p] or keep_contact_tests_unless_distant(q, a, b, p, active_pairs_and_resume_motions):
-            active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[kept] = p
+        if near[p] or keep_contact_tests_unless_distant(q, a, b, p, pair_contact_test_schedule):
+            pair_contact_test_schedule.indices_of_pairs_tested_each_step[kept] = p
             kept += 1
-    active_pairs_and_resume_motions.active_pair_count[0] = kept
+    pair_contact_test_schedule.active_pair_count[0] = kept
     solve_velocity_changes_in_place(case_states, equation_submatrices_of_all_cases, nonzero_pattern, size)
     for n in range(kept):
-        p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
+        p = pair_contact_test_schedule.indices_of_pairs_tested_each_step[n]
         if near[p]:
             q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
             add_solved_pair_forces_and_store_trial_history(q, a, b, case_states)
@@ -294,7 +294,7 @@ def advance_scene_one_step(
                 scene_arrays.gravity,
             )
     for n in range(kept):
-        p = active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[n]
+        p = pair_contact_test_schedule.indices_of_pairs_tested_each_step[n]
         if near[p]:
             q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
             store_accepted_pair_history(q, case_states)

@@ -39,7 +39,7 @@ class PairContactTestSchedule(NamedTuple):
     largest_motion_sum_next_test_sum_and_lever_arm: Any
     """Largest sum of motions of two elements so far (m), sum at which the next pair is tested again (m), and longest
     lever arm of a pair not tested now (m), shape (3,)."""
-    max_element_motions_in_last_and_predicted_step: Any
+    largest_motions_over_elements_by_case: Any
     """Largest motion (m) and rotation (rad) of any element in the last step, then the same as predicted for this step;
     four rows with a column per case, shape (4 columns,)."""
 
@@ -65,29 +65,27 @@ def create_active_pairs(pair_count: int) -> Any:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def update_largest_motions_with_element(
-    element_state_rows: Any, max_element_motions_in_last_and_predicted_step: Any
-) -> None:
+def update_largest_motions_with_element(element_state_rows: Any, largest_motions_over_elements_by_case: Any) -> None:
     """Raise the largest element motions of each case to the motion of an element if that is larger.
 
-    The maxima are `max_element_motions_in_last_and_predicted_step`.
+    The maxima are `largest_motions_over_elements_by_case`.
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element_state(element_state_rows, j)
-        max_element_motions_in_last_and_predicted_step[j] = updated_maximum(
-            max_element_motions_in_last_and_predicted_step[j],
+        largest_motions_over_elements_by_case[j] = updated_maximum(
+            largest_motions_over_elements_by_case[j],
             item.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step,
         )
-        max_element_motions_in_last_and_predicted_step[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            max_element_motions_in_last_and_predicted_step[rows.PARALLEL_CASE_COUNT + j],
+        largest_motions_over_elements_by_case[rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_motions_over_elements_by_case[rows.PARALLEL_CASE_COUNT + j],
             item.step_motion_with_work_and_peaks_so_far.abs_rotation_in_step,
         )
-        max_element_motions_in_last_and_predicted_step[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            max_element_motions_in_last_and_predicted_step[2 * rows.PARALLEL_CASE_COUNT + j],
+        largest_motions_over_elements_by_case[2 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_motions_over_elements_by_case[2 * rows.PARALLEL_CASE_COUNT + j],
             item.predicted.abs_dx_plus_abs_dz_in_step,
         )
-        max_element_motions_in_last_and_predicted_step[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
-            max_element_motions_in_last_and_predicted_step[3 * rows.PARALLEL_CASE_COUNT + j],
+        largest_motions_over_elements_by_case[3 * rows.PARALLEL_CASE_COUNT + j] = updated_maximum(
+            largest_motions_over_elements_by_case[3 * rows.PARALLEL_CASE_COUNT + j],
             item.predicted.abs_rotation_in_step,
         )
 
@@ -169,8 +167,8 @@ def min_motion_to_contact_and_max_lever_arm(pair_state_rows: Any) -> tuple[float
 def resume_contact_tests_after_motion(
     case_states: Any,
     scene_arrays: Any,
-    active_pairs_and_resume_motions: PairContactTestSchedule,
-    largest_motion_sum_of_two_elements: float,
+    pair_contact_test_schedule: PairContactTestSchedule,
+    largest_motion_sum_of_any_two_elements: float,
 ) -> None:
     """Test again for contact those distant element pairs that could touch after a sum of motions (m).
 
@@ -178,42 +176,42 @@ def resume_contact_tests_after_motion(
     tests.
     """
     count, following = 0, np.inf
-    for p in range(active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size):
-        at = active_pairs_and_resume_motions.motion_sum_at_next_contact_test[p]
-        if at != MOTION_SUM_MARK_OF_ACTIVE_PAIR and not largest_motion_sum_of_two_elements < at:
+    for p in range(pair_contact_test_schedule.motion_sum_at_next_contact_test.size):
+        at = pair_contact_test_schedule.motion_sum_at_next_contact_test[p]
+        if at != MOTION_SUM_MARK_OF_ACTIVE_PAIR and not largest_motion_sum_of_any_two_elements < at:
             q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
             add_element_motions_to_motion_since_face_search(q, a, b)
-            active_pairs_and_resume_motions.motion_sum_at_next_contact_test[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
+            pair_contact_test_schedule.motion_sum_at_next_contact_test[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
         if at == MOTION_SUM_MARK_OF_ACTIVE_PAIR:
-            active_pairs_and_resume_motions.indices_of_pairs_tested_each_step[count] = p
+            pair_contact_test_schedule.indices_of_pairs_tested_each_step[count] = p
             count += 1
         else:
             following = min(following, at)
     (
-        active_pairs_and_resume_motions.active_pair_count[0],
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_PAIR_TEST_MOTION_SUM_INDEX],
+        pair_contact_test_schedule.active_pair_count[0],
+        pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_PAIR_TEST_MOTION_SUM_INDEX],
     ) = count, following
-    if count == active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size:
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
+    if count == pair_contact_test_schedule.motion_sum_at_next_contact_test.size:
+        pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[
             LARGEST_MOTION_SUM_INDEX
-        ] = active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
+        ] = pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[
             LEVER_ARM_INDEX_IN_MOTION_SUMS
         ] = 0.0
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def sum_motions_and_resume_contact_tests(
-    case_states: Any, scene_arrays: Any, active_pairs_and_resume_motions: PairContactTestSchedule, element_count: int
+    case_states: Any, scene_arrays: Any, pair_contact_test_schedule: PairContactTestSchedule, element_count: int
 ) -> None:
     """Add the last step's motion to the sums of motions; test distant pairs again that could touch in this step."""
     if (
-        active_pairs_and_resume_motions.active_pair_count[0]
-        == active_pairs_and_resume_motions.motion_sum_at_next_contact_test.size
+        pair_contact_test_schedule.active_pair_count[0]
+        == pair_contact_test_schedule.motion_sum_at_next_contact_test.size
     ):
         return
     largest, lever = (
-        active_pairs_and_resume_motions.max_element_motions_in_last_and_predicted_step,
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LEVER_ARM_INDEX_IN_MOTION_SUMS],
+        pair_contact_test_schedule.largest_motions_over_elements_by_case,
+        pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LEVER_ARM_INDEX_IN_MOTION_SUMS],
     )
     for k in range(largest.size):
         largest[k] = 0.0
@@ -226,20 +224,16 @@ def sum_motions_and_resume_contact_tests(
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
     # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
     # `search.add_step_motion_and_count_near_and_due_cases`.
-    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX] += (
-        2.0 * last
-    )
+    pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX] += 2.0 * last
     travel = (
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
+        pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
         + 4.0 * ahead
     )
     if (
         not travel
-        < active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
-            NEXT_PAIR_TEST_MOTION_SUM_INDEX
-        ]
+        < pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_PAIR_TEST_MOTION_SUM_INDEX]
     ):
-        resume_contact_tests_after_motion(case_states, scene_arrays, active_pairs_and_resume_motions, travel)
+        resume_contact_tests_after_motion(case_states, scene_arrays, pair_contact_test_schedule, travel)
     for i in range(element_count):
         add_last_step_to_summed_motion(rows.slice_element_rows(case_states, i))
 
@@ -250,31 +244,23 @@ def keep_contact_tests_unless_distant(
     element_a_state_rows: Any,
     element_b_state_rows: Any,
     pair_index: int,
-    active_pairs_and_resume_motions: PairContactTestSchedule,
+    pair_contact_test_schedule: PairContactTestSchedule,
 ) -> bool:
     """Stop testing two elements for contact if they are too far apart to touch soon; return True if still tested."""
     slack, lever = min_motion_to_contact_and_max_lever_arm(pair_state_rows)
     if slack <= 0.0:
         return True
     subtract_motion_sums_of_elements_from_pair_motion(pair_state_rows, element_a_state_rows, element_b_state_rows)
-    active_pairs_and_resume_motions.motion_sum_at_next_contact_test[pair_index] = (
-        active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
+    pair_contact_test_schedule.motion_sum_at_next_contact_test[pair_index] = (
+        pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
         + (1.0 - 1e-9) * slack
     )
-    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_PAIR_TEST_MOTION_SUM_INDEX] = (
-        min(
-            active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
-                NEXT_PAIR_TEST_MOTION_SUM_INDEX
-            ],
-            active_pairs_and_resume_motions.motion_sum_at_next_contact_test[pair_index],
-        )
+    pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_PAIR_TEST_MOTION_SUM_INDEX] = min(
+        pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[NEXT_PAIR_TEST_MOTION_SUM_INDEX],
+        pair_contact_test_schedule.motion_sum_at_next_contact_test[pair_index],
     )
-    active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[LEVER_ARM_INDEX_IN_MOTION_SUMS] = (
-        max(
-            active_pairs_and_resume_motions.largest_motion_sum_next_test_sum_and_lever_arm[
-                LEVER_ARM_INDEX_IN_MOTION_SUMS
-            ],
-            lever,
-        )
+    pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LEVER_ARM_INDEX_IN_MOTION_SUMS] = max(
+        pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LEVER_ARM_INDEX_IN_MOTION_SUMS],
+        lever,
     )
     return False

@@ -113,12 +113,16 @@ def velocity_correction_of_upper_relative_to_lower(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_joint_velocity_change_and_clear_sums(
-    upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int, none_unless_on_ground: Any
+    upper_stone_rows: Any,
+    lower_stone_rows: Any,
+    joint_rows: Any,
+    lane_count: int,
+    marker_if_support_is_ground_else_none: Any,
 ) -> None:
     """Store the solved change of a stone's velocity relative to its support; clear their contact's force sums."""
     for j in range(assume_vector_multiple(lane_count)):
         stone, one = load_predicted_stone(upper_stone_rows, j), load_velocity_correction(upper_stone_rows, j)
-        if none_unless_on_ground is None:
+        if marker_if_support_is_ground_else_none is None:
             below, (axes, origin) = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j)
             arms = (minus(origin, stone.centre_position), minus(origin, below.centre_position))
             velocity, spin = velocity_correction_of_upper_relative_to_lower(
@@ -187,7 +191,7 @@ def compute_joint_forces_and_add_to_stones(
     lower_stone_rows: Any,
     joint_rows: Any,
     lane_count: int,
-    none_unless_on_ground: Any,
+    marker_if_support_is_ground_else_none: Any,
 ) -> None:
     """Compute force, moment and new state of a stone's contact with its support; add the force to both stones' sums."""
     for j in range(assume_vector_multiple(lane_count)):
@@ -217,7 +221,7 @@ def compute_joint_forces_and_add_to_stones(
         store_contact_changes(case_rows, j, larger_contact_changes(load_contact_changes(case_rows, j), findings))
         store_energy_losses(case_rows, j, add_energy_losses(load_energy_losses(case_rows, j), losses))
         stone, total = load_predicted_stone(upper_stone_rows, j), load_force_sums(upper_stone_rows, j)
-        if none_unless_on_ground is None:
+        if marker_if_support_is_ground_else_none is None:
             below, (axes, origin) = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j)
             at_end = ForceAndMomentOrVelocities(
                 matrix_times_vector(axes, at_end.force_or_velocity),

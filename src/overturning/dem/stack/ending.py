@@ -109,7 +109,7 @@ def stone_kinetic_energy(stone_constants: StoneConstants, state: StoneState) -> 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stack_energy(
-    stack_states: Any, lane: int, stone_count: int, max_corner_count: int, zero_energy_height_by_stone: Any
+    stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int, zero_energy_height_by_stone: Any
 ) -> float:
     """Return the energy (J) of the stones of a stack that have not fallen, and of the contact springs below them.
 
@@ -117,7 +117,7 @@ def stack_energy(
     """
     total = 0.0
     first = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES
-    size = state_array_length_per_joint(max_corner_count)
+    size = state_array_length_per_joint(max_corner_count_per_face)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
         if not load_fall_state(rows, lane).is_still_simulated > 0.0:
@@ -153,7 +153,7 @@ def pose_relative_to_stone_below(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def base_corner_hangs_below_supporting_face(
-    stack_states: Any, lane: int, stone_index: int, stone_count: int, max_corner_count: int
+    stack_states: Any, lane: int, stone_index: int, stone_count: int, max_corner_count_per_face: int
 ) -> bool:
     """True if a corner of a stone's base lies below its supporting face by over 0.001 × the height of its centre."""
     below, lower, rows = (
@@ -167,7 +167,7 @@ def base_corner_hangs_below_supporting_face(
     at = (
         VALUE_COUNT_PER_CASE_IN_ALL_LANES
         + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES
-        + stone_index * state_array_length_per_joint(max_corner_count)
+        + stone_index * state_array_length_per_joint(max_corner_count_per_face)
         + VALUE_COUNT_PER_JOINT_IN_ALL_LANES
     )
     lowest = 0.0
@@ -205,7 +205,9 @@ def centre_drop_from_rest_position_on_support(stack_states: Any, lane: int, ston
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def lowest_newly_fallen_stone_index(stack_states: Any, lane: int, stone_count: int, max_corner_count: int) -> int:
+def lowest_newly_fallen_stone_index(
+    stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int
+) -> int:
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
@@ -222,7 +224,9 @@ def lowest_newly_fallen_stone_index(stack_states: Any, lane: int, stone_count: i
             s > 0
             and squared_sine_of_lean_continued_beyond_90_deg(axes) > constants.critical_lean_squared_sine_on_whole_base
         )
-        if leans and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count):
+        if leans and base_corner_hangs_below_supporting_face(
+            stack_states, lane, s, stone_count, max_corner_count_per_face
+        ):
             return s
     return stone_count
 
@@ -232,7 +236,7 @@ def stop_fallen_and_upper_stones_true_if_none_left(
     stack_states: Any,
     lane: int,
     stone_count: int,
-    max_corner_count: int,
+    max_corner_count_per_face: int,
     ticks_per_sample: float,
     zero_energy_height_by_stone: Any,
 ) -> bool:
@@ -240,10 +244,10 @@ def stop_fallen_and_upper_stones_true_if_none_left(
 
     The energy account continues with the stones that remain.
     """
-    fallen = lowest_newly_fallen_stone_index(stack_states, lane, stone_count, max_corner_count)
+    fallen = lowest_newly_fallen_stone_index(stack_states, lane, stone_count, max_corner_count_per_face)
     if fallen == stone_count:
         return False
-    before = stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
+    before = stack_energy(stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone)
     start_of_sample = load_case_progress(stack_states, lane).current_sample * ticks_per_sample
     tick = load_stack_limits(stack_states, lane).tick_length_s
     for s in range(fallen, stone_count):
@@ -258,13 +262,16 @@ def stop_fallen_and_upper_stones_true_if_none_left(
             < constants.critical_lean_squared_sine_on_contact_at_rest
         )
         slid_off = slid_off or (
-            s > 0 and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count)
+            s > 0
+            and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count_per_face)
         )
         store_fall_state(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_energy_account(stack_states, lane)
-    gone = before - stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
+    gone = before - stack_energy(
+        stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone
+    )
     store_energy_account(
         stack_states,
         lane,
@@ -284,7 +291,7 @@ def stop_fallen_stones_and_return_status(
     stack_states: Any,
     lane: int,
     stone_count: int,
-    max_corner_count: int,
+    max_corner_count_per_face: int,
     ticks_per_sample: float,
     record_sample_count: float,
     stone_table_rows: Any,
@@ -299,7 +306,7 @@ def stop_fallen_stones_and_return_status(
     kinetic, loaded = 0.0, True
     first, size = (
         VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
-        state_array_length_per_joint(max_corner_count),
+        state_array_length_per_joint(max_corner_count_per_face),
     )
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
@@ -320,7 +327,12 @@ def stop_fallen_stones_and_return_status(
     if load_energy_account(stack_states, lane).peak_penetration > case.max_penetration:
         return CaseStatus.UNSTABLE
     if stop_fallen_and_upper_stones_true_if_none_left(
-        stack_states, lane, stone_count, max_corner_count, ticks_per_sample, stone_table_rows.centre_height_at_rest
+        stack_states,
+        lane,
+        stone_count,
+        max_corner_count_per_face,
+        ticks_per_sample,
+        stone_table_rows.centre_height_at_rest,
     ):
         return CaseStatus.SIMULATED
     sample = course.current_sample + time.ticks_since_sample_start / ticks_per_sample
@@ -328,30 +340,31 @@ def stop_fallen_stones_and_return_status(
         sample >= min(course.cannot_start_moving_from_sample, record_sample_count)
         and kinetic < case.max_kinetic_energy_at_rest
         and loaded
-        and all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count)
+        and all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count_per_face)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
         least = MIN_ONSET_TO_LONG_STEP_LIMIT_RATIO_AT_CASE_END * case.max_base_acceleration_for_sample_long_steps_g
         if (
             sample >= record_sample_count
-            or onset_acceleration_g_of_current_stack_state(stack_states, lane, stone_count, max_corner_count) >= least
+            or onset_acceleration_g_of_current_stack_state(stack_states, lane, stone_count, max_corner_count_per_face)
+            >= least
         ):
             return CaseStatus.SIMULATED
     if sample < course.end_sample_if_undecided or sample < record_sample_count:
         return CASE_NOT_ENDED
     # An upright stack that slides is simulated until friction has stopped it.
-    sliding_time = time_until_upright_stack_stops_sliding(stack_states, lane, stone_count, max_corner_count)
+    sliding_time = time_until_upright_stack_stops_sliding(stack_states, lane, stone_count, max_corner_count_per_face)
     if set_slide_end_once_and_check_case_continues(
         stack_states, SLIDING_CASE_END_SAMPLE_ROW + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
     ):
         return CASE_NOT_ENDED
-    stands = stack_energy_is_too_small_to_overturn(stack_states, lane, max_corner_count, stone_table_rows)
+    stands = stack_energy_is_too_small_to_overturn(stack_states, lane, max_corner_count_per_face, stone_table_rows)
     return CaseStatus.SIMULATED if stands else CaseStatus.UNDECIDED
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def stack_energy_is_too_small_to_overturn(
-    stack_states: Any, lane: int, max_corner_count: int, stone_table_rows: Any
+    stack_states: Any, lane: int, max_corner_count_per_face: int, stone_table_rows: Any
 ) -> bool:
     """True if no stone has fallen or leans critically, and the energy cannot overturn the stones above any joint.
 
@@ -381,7 +394,10 @@ def stack_energy_is_too_small_to_overturn(
         start_x, start_y = start.x, start.y
     left = max(1.0 - slip / case.min_distance_of_mass_centre_above_to_joint_side, 0.0)
     heights = stone_table_rows.centre_height_at_rest
-    energy = stack_energy(stack_states, lane, stone_table_rows.size, max_corner_count, heights) - course.initial_energy
+    energy = (
+        stack_energy(stack_states, lane, stone_table_rows.size, max_corner_count_per_face, heights)
+        - course.initial_energy
+    )
     return bool(energy < course.energy_needed_to_overturn * left * left)
 
 
@@ -390,7 +406,7 @@ def write_stack_results(
     stack_states: Any,
     lane: int,
     stone_count: int,
-    max_corner_count: int,
+    max_corner_count_per_face: int,
     status: int,
     zero_energy_height_by_stone: Any,
     result_row: Any,
@@ -398,7 +414,7 @@ def write_stack_results(
 ) -> None:
     """Write the results of the case in column `lane` into `result_row`, and those of its stones into their rows."""
     account, course = load_energy_account(stack_states, lane), load_case_progress(stack_states, lane)
-    energy = stack_energy(stack_states, lane, stone_count, max_corner_count, zero_energy_height_by_stone)
+    energy = stack_energy(stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone)
     balance = (energy - course.initial_energy) - account.base_motion_work + account.dissipated_or_removed_energy
     result_row.energy_error = abs(balance) / max(account.base_motion_work, course.energy_needed_to_overturn)
     result_row.peak_penetration = account.peak_penetration

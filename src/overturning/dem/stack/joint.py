@@ -116,11 +116,11 @@ def spring_stretch_after_step(
 @njit(**INLINE_OPTIONS)
 def predict_friction(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, normal_force_sums: JointNormalForceSums,
-    joint_state_at_step_start: JointContactState, step_conditions: JointFrictionSolutionInputs,
+    joint_state_at_step_start: JointContactState, half_step_and_flat_landing_conditions: JointFrictionSolutionInputs,
 ) -> AssumedJointFrictionInStep:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations."""
     joint, frame, sums, previous = joint_constants, relative_motion, normal_force_sums, joint_state_at_step_start
-    half_step, forces_decide_contact, lands_flat, centre_height = step_conditions
+    half_step, forces_decide_contact, lands_flat, centre_height = half_step_and_flat_landing_conditions
     was, loaded = previous.normal_force > 0.0, sums.normal_force > 0.0
     one = 1.0 / (sums.normal_force if loaded else 1.0)
     cx = previous.pressure_centre_x if was else (sums.normal_force_times_x * one if loaded else 0.0)
@@ -306,7 +306,7 @@ def solve_joint_contact(
     assumed_friction: AssumedJointFrictionInStep,
     point_sums_and_force_times_distance: tuple[NormalForceAndEarlyContactImpulseSums, float],
     relative_velocity_and_spin_correction: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
-    step_conditions: JointFrictionSolutionInputs,
+    half_step_and_flat_landing_conditions: JointFrictionSolutionInputs,
 ) -> tuple[ForceAndMomentOrVelocities, ForceAndMomentOrVelocities, LargestContactChangesOfStack,
 ContactPowerLossAndLostSpringEnergy,
 JointContactState]:  # fmt: skip
@@ -316,7 +316,7 @@ JointContactState]:  # fmt: skip
     the pressure centre (N·m).
     """
     joint, friction, change = joint_constants, assumed_friction, relative_velocity_and_spin_correction
-    half_step, forces_decide_contact, lands_flat, centre_height = step_conditions
+    half_step, forces_decide_contact, lands_flat, centre_height = half_step_and_flat_landing_conditions
     ends, arm_sum = point_sums_and_force_times_distance
     cx, cy = friction.friction_application_point_x, friction.friction_application_point_y
     arm = friction.mean_distance_of_forces_from_pressure_centre

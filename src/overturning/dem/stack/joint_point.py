@@ -34,14 +34,15 @@ def point_opening_rate(relative_motion: JointRelativeMotion, point_position: Con
 @njit(**INLINE_OPTIONS)
 def predicted_force_per_stiffness_share_and_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
-    point_state_at_step_start: ContactPointState, forces_decide_lands_flat_and_is_deferred: tuple[bool, bool, bool],
+    point_state_at_step_start: ContactPointState, forces_decide_flat_landing_and_deferral_flags: tuple[bool, bool,
+    bool],
 ) -> tuple[float, bool]:  # fmt: skip
     """Return a contact point's predicted normal force over its stiffness share, N, and True if it is in contact.
 
     In a step that resolves the contact vibration the predicted forces decide about contact, in a longer one the contact
     state after the last step. A point that did not belong to the contact patch before has no such state.
     """
-    forces_decide_contact, lands_flat, waits = forces_decide_lands_flat_and_is_deferred
+    forces_decide_contact, lands_flat, waits = forces_decide_flat_landing_and_deferral_flags
     depth = (
         -point_position.upper_base_height_above_lower_face
         - point_state_at_step_start.force_free_penetration_in_flat_landing
@@ -60,11 +61,11 @@ def normal_force_sum_terms_of_point(
     joint_constants: JointConstants,
     half_step_length_s: float,
     point_position: ContactPointPosition,
-    normal_force_per_stiffness_share: float,
+    normal_force_if_stiffness_share_is_1: float,
     is_assumed_in_contact: bool,
 ) -> JointNormalForceSums:
     """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
-    n = point_position.joint_stiffness_share * normal_force_per_stiffness_share if is_assumed_in_contact else 0.0
+    n = point_position.joint_stiffness_share * normal_force_if_stiffness_share_is_1 if is_assumed_in_contact else 0.0
     rate = joint_constants.normal_dashpot + half_step_length_s * joint_constants.normal_stiffness
     g = half_step_length_s * (point_position.joint_stiffness_share * rate) if is_assumed_in_contact else 0.0
     gx, gy = g * point_position.x_in_lower_face_frame, g * point_position.y_in_lower_face_frame
@@ -85,7 +86,7 @@ def normal_force_sum_terms_of_point(
 def solve_point_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, relative_velocity_and_spin_correction: tuple[Vector3, Vector3],
-    step_conditions: HalfStepAndFlatLandingConditionsOfPoint,
+    half_step_and_flat_landing_conditions: HalfStepAndFlatLandingConditionsOfPoint,
 ) -> tuple[
     NormalForceAndEarlyContactImpulseSums, LargestContactChangesOfStack, ContactPowerLossAndLostSpringEnergy,
     ContactPointState
@@ -97,7 +98,7 @@ def solve_point_contact(
     """
     joint, position, previous = joint_constants, point_position, point_state_at_step_start
     change = relative_velocity_and_spin_correction
-    half_step, lands_flat, new_landing, waits, joint_has_points = step_conditions
+    half_step, lands_flat, new_landing, waits, joint_has_points = half_step_and_flat_landing_conditions
     w = position.joint_stiffness_share
     counts, had = w > 0.0, previous.joint_stiffness_share > 0.0
     joins = joint_has_points & (not had)

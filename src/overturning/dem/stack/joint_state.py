@@ -214,7 +214,7 @@ class JointEquations(NamedTuple):
     """
 
     predicted_wrench_replaced_by_velocity_change: ForceAndMomentOrVelocities
-    half_step_times_negated_derivatives: VelocityToForceBlocks
+    half_step_times_wrench_decrease_per_velocity: VelocityToForceBlocks
 
 
 class FaceCorner(NamedTuple):

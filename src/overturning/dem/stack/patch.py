@@ -179,15 +179,15 @@ def base_corner_contact_point(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_base_corner_position(
-    upper_stone_rows: Any, joint_rows: Any, base_corner_rows: Any, lane_count: int
+    upper_stone_rows: Any, joint_rows: Any, rows_of_one_base_corner: Any, lane_count: int
 ) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
         is_still_simulated = upper_stone_rows[IS_SIMULATED_ROW_OFFSET + j]
         place = base_corner_contact_point(
-            load_relative_motion(joint_rows, j), load_face_corner(base_corner_rows, j), is_still_simulated
+            load_relative_motion(joint_rows, j), load_face_corner(rows_of_one_base_corner, j), is_still_simulated
         )
-        store_point_position(base_corner_rows, j, place)
+        store_point_position(rows_of_one_base_corner, j, place)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -203,14 +203,14 @@ def predict_base_corner_positions(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def include_corner_in_min_rim_distance(
-    joint_rows: Any, base_corner_rows: Any, lower_side_rows: Any, lane_count: int
+    joint_rows: Any, rows_of_one_base_corner: Any, lower_side_rows: Any, lane_count: int
 ) -> None:
     """Update the least distance of base corners from the rim of the face below by one corner and one side.
 
     The distance of the corner from the side is taken if it is the least so far; this is done for all stacks.
     """
     for j in range(assume_vector_multiple(lane_count)):
-        place, limit = load_point_position(base_corner_rows, j), load_face_corner(lower_side_rows, j)
+        place, limit = load_point_position(rows_of_one_base_corner, j), load_face_corner(lower_side_rows, j)
         free = limit.next_side_distance_from_face_centre - (
             limit.next_side_outward_normal_x * place.x_in_lower_face_frame
             + limit.next_side_outward_normal_y * place.y_in_lower_face_frame

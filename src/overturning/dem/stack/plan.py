@@ -44,7 +44,7 @@ from overturning.dem.stack.statics import (
     eigenvalue_bound_factor_for_inertia_products,
     joint_constants_of_stack,
     kernel_rows_of_face_corners,
-    motion_onset_acceleration_g_by_case,
+    no_movement_below_acceleration_g_by_case,
     scale_factors_for_unit_mass_diagonal,
     scaled_stiffness_matrix_of_stack_at_rest,
     spring_energy_at_rest,
@@ -340,7 +340,7 @@ def plan_stack_simulation(
     threshold = np.zeros(cases.case_count)
     for index, table in enumerate(joints):
         of_stack = which == index
-        threshold[of_stack] = motion_onset_acceleration_g_by_case(table, friction[of_stack])
+        threshold[of_stack] = no_movement_below_acceleration_g_by_case(table, friction[of_stack])
     first, calm, at_rest = sample_ranges_able_to_move_3d_model_at_rest(motion, amplitude, threshold, numerics.leave_out)
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([_least_overturning_energy_over_joints(table) for table in joints])

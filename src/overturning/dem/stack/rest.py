@@ -103,14 +103,16 @@ def mark_possibly_resting_stacks(stack_states: Any, stone_count: int, active_lan
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_contact_points_carry_load(stack_states: Any, lane: int, stone_count: int, max_corner_count: int) -> bool:
+def all_contact_points_carry_load(
+    stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int
+) -> bool:
     """True if all contact points of all stones that have not fallen carry load.
 
     Of a base with more than four corners, some carry nothing while the base lies flat.
     """
     first, size = (
         VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
-        state_array_length_per_joint(max_corner_count),
+        state_array_length_per_joint(max_corner_count_per_face),
     )
     for s in range(stone_count):
         if not load_fall_state(slice_stone_rows(stack_states, s), lane).is_still_simulated > 0.0:
@@ -198,7 +200,7 @@ def first_point_unloading_acceleration_g(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def onset_acceleration_g_of_current_stack_state(
-    stack_states: Any, lane: int, stone_count: int, max_corner_count: int
+    stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int
 ) -> float:
     """Return the base acceleration over g at which a contact of a stack at rest slides, or a contact point unloads.
 
@@ -207,7 +209,7 @@ def onset_acceleration_g_of_current_stack_state(
     """
     first, size = (
         VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
-        state_array_length_per_joint(max_corner_count),
+        state_array_length_per_joint(max_corner_count_per_face),
     )
     onset, above = np.inf, MassAndMassMomentAboveJoint(0.0, 0.0, 0.0, 0.0)
     for k in range(stone_count):
@@ -251,15 +253,15 @@ def onset_acceleration_g_of_current_stack_state(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def rest_acceleration_limit_g_or_0_if_moving(
-    stack_states: Any, lane: int, stone_count: int, max_corner_count: int
+    stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int
 ) -> float:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
-    if not all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count):
+    if not all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count_per_face):
         return 0.0
     limit = load_rest_flag_and_limits(
         stack_states, lane
     ).rest_limit_to_onset_acceleration_ratio * onset_acceleration_g_of_current_stack_state(
-        stack_states, lane, stone_count, max_corner_count
+        stack_states, lane, stone_count, max_corner_count_per_face
     )
     return (
         limit if limit > 0.0 and unfallen_stones_are_upright_and_still(stack_states, lane, stone_count, limit) else 0.0
@@ -297,7 +299,7 @@ def unfallen_stones_are_upright_and_still(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def time_until_upright_stack_stops_sliding(
-    stack_states: Any, lane: int, stone_count: int, max_corner_count: int
+    stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int
 ) -> float:
     """Return the time (s) until friction has stopped all sliding contacts of the stones of an upright stack.
 
@@ -306,7 +308,7 @@ def time_until_upright_stack_stops_sliding(
     """
     longest = 0.0
     first = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES
-    size = state_array_length_per_joint(max_corner_count)
+    size = state_array_length_per_joint(max_corner_count_per_face)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
         if not load_fall_state(rows, lane).is_still_simulated > 0.0:

@@ -82,7 +82,7 @@ def contact_normal_weight_of_rim_side(base_overhang_beyond_side: float, side_dis
 def add_point_to_contact_normal_sums(
     contact_normal_sums: ContactLoadSumsForNormalDirection,
     point_position: ContactPointPosition,
-    normal_slope_xy: tuple[float, float],
+    contact_normal_slope_xy_at_point: tuple[float, float],
 ) -> ContactLoadSumsForNormalDirection:
     """Return the sums for the normal of contact with one more contact point, whose normal has a given slope (x, y)."""
     load = point_position.joint_stiffness_share * (
@@ -94,8 +94,10 @@ def add_point_to_contact_normal_sums(
         contact_normal_sums.stiffness_share_times_penetration + load,
         contact_normal_sums.stiffness_share_times_penetration_times_x + load * point_position.x_in_lower_face_frame,
         contact_normal_sums.stiffness_share_times_penetration_times_y + load * point_position.y_in_lower_face_frame,
-        contact_normal_sums.stiffness_share_times_penetration_times_slope_x + load * normal_slope_xy[0],
-        contact_normal_sums.stiffness_share_times_penetration_times_slope_y + load * normal_slope_xy[1],
+        contact_normal_sums.stiffness_share_times_penetration_times_slope_x
+        + load * contact_normal_slope_xy_at_point[0],
+        contact_normal_sums.stiffness_share_times_penetration_times_slope_y
+        + load * contact_normal_slope_xy_at_point[1],
     )
 
 
@@ -107,14 +109,14 @@ def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_base_corner_to_normal_sums(joint_rows: Any, base_corner_rows: Any, lane_count: int) -> None:
+def add_base_corner_to_normal_sums(joint_rows: Any, rows_of_one_base_corner: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
         store_sums_for_contact_normal(
             joint_rows,
             j,
             add_point_to_contact_normal_sums(
-                load_sums_for_contact_normal(joint_rows, j), load_point_position(base_corner_rows, j), (0.0, 0.0)
+                load_sums_for_contact_normal(joint_rows, j), load_point_position(rows_of_one_base_corner, j), (0.0, 0.0)
             ),
         )
 

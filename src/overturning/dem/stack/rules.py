@@ -98,7 +98,7 @@ class ParallelStacksStateArrays(NamedTuple):
     """Working arrays of the stack kernel: states of the cases, and indices of the contact points in use."""
 
     state: Any
-    used_point_count_and_indices_by_stone: Any
+    used_point_count_and_indices_of_joint: Any
 
 
 def allocate_workspace(kernel_input: Any) -> Any:
@@ -203,7 +203,7 @@ def attempt_steps_until_next_check(
         due = trajectory_buffer[recorded_row_count - 1, 0] + 0.999 * interval if recorded_row_count > 0 else 0.0
         recorded_row_count += 1 if trajectory_buffer[recorded_row_count, 0] >= due else 0
     attempt_time_steps_of_stacks(
-        workspace.state, stones, limit, corners, workspace.used_point_count_and_indices_by_stone, lane_count,
+        workspace.state, stones, limit, corners, workspace.used_point_count_and_indices_of_joint, lane_count,
         settings.attempted_steps_between_end_checks, settings.ticks_per_sample,
     )  # fmt: skip
     return trajectory_buffer, recorded_row_count
@@ -228,7 +228,7 @@ def mark_possibly_ended_cases(
 def mark_possibly_ended_stacks(
     stack_states: Any,
     stone_count: int,
-    max_corner_count: int,
+    max_corner_count_per_face: int,
     active_lane_count: int,
     possible_end_flag_by_lane_out: Any,
     ticks_per_sample: float,
@@ -242,14 +242,21 @@ def mark_possibly_ended_stacks(
             total += stone_state_sum_for_finite_check(load_stone_state(slice_stone_rows(stack_states, s), j))
         sample = course.current_sample + stack_states[TICKS_SINCE_SAMPLE_START_ROW + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.cannot_start_moving_from_sample, record_sample_count)
-        due = due or lowest_newly_fallen_stone_index(stack_states, j, stone_count, max_corner_count) < stone_count
+        due = (
+            due
+            or lowest_newly_fallen_stone_index(stack_states, j, stone_count, max_corner_count_per_face) < stone_count
+        )
         possible_end_flag_by_lane_out[j] = 1.0 if due else 0.0
         count += 1 if due else 0
     return count
 
 
 def skip_samples_too_weak_to_move_resting_cases(
-    kernel_input: Any, workspace: Any, case_index_by_lane: Any, active_lane_count: int, skipped_samples_by_lane_out: Any
+    kernel_input: Any,
+    workspace: Any,
+    case_index_by_lane: Any,
+    active_lane_count: int,
+    skipped_sample_totals_by_lane_in_place: Any,
 ) -> None:
     """Skip, for each stack at rest, the samples whose base motion is too weak to move the stack."""
     settings, state, ground = kernel_input.settings, workspace.state, kernel_input.ground_motion
@@ -274,7 +281,7 @@ def skip_samples_too_weak_to_move_resting_cases(
         if rest_limit > 0.0:
             samples = count_skippable_samples(ground, direction, now, course.amplitude_factor, rest_limit)
             state[CURRENT_SAMPLE_ROW + j] += samples
-            skipped_samples_by_lane_out[j] += samples
+            skipped_sample_totals_by_lane_in_place[j] += samples
 
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> int:

@@ -59,7 +59,7 @@ def rotate_matrix(rotation_to_new_axes: Matrix3, m: Matrix3) -> Matrix3:
 def rotate_contact_equations(rotation_to_new_axes: Matrix3, joint_equations: JointEquations) -> JointEquations:
     """Rotate two stones' contact terms in the equations, from the axes of their contact to those of the ground."""
     wrench = joint_equations.predicted_wrench_replaced_by_velocity_change
-    joint_matrix = joint_equations.half_step_times_negated_derivatives
+    joint_matrix = joint_equations.half_step_times_wrench_decrease_per_velocity
     return JointEquations(
         ForceAndMomentOrVelocities(
             matrix_times_vector(rotation_to_new_axes, wrench.force_or_velocity),
@@ -76,7 +76,7 @@ def rotate_contact_equations(rotation_to_new_axes: Matrix3, joint_equations: Joi
 
 @njit(**INLINE_OPTIONS)
 def shift_contact_matrix_to_stone_centres(
-    half_step_times_negated_derivatives: VelocityToForceBlocks,
+    half_step_times_wrench_decrease_per_velocity: VelocityToForceBlocks,
     contact_origin_from_loaded_stone_centre: Vector3,
     contact_origin_from_moving_stone_centre: Vector3,
 ) -> VelocityToForceBlocks:
@@ -86,25 +86,26 @@ def shift_contact_matrix_to_stone_centres(
     of the contact, `contact_origin_from_moving_stone_centre` from the centre of the stone that moves.
     """
     fw = matrix_minus(
-        half_step_times_negated_derivatives.force_per_angular_velocity,
+        half_step_times_wrench_decrease_per_velocity.force_per_angular_velocity,
         matrix_times_cross_matrix(
-            half_step_times_negated_derivatives.force_per_velocity, contact_origin_from_moving_stone_centre
+            half_step_times_wrench_decrease_per_velocity.force_per_velocity, contact_origin_from_moving_stone_centre
         ),
     )
     return VelocityToForceBlocks(
-        half_step_times_negated_derivatives.force_per_velocity,
+        half_step_times_wrench_decrease_per_velocity.force_per_velocity,
         fw,
         matrix_plus(
-            half_step_times_negated_derivatives.moment_per_velocity,
+            half_step_times_wrench_decrease_per_velocity.moment_per_velocity,
             cross_matrix_times_matrix(
-                contact_origin_from_loaded_stone_centre, half_step_times_negated_derivatives.force_per_velocity
+                contact_origin_from_loaded_stone_centre, half_step_times_wrench_decrease_per_velocity.force_per_velocity
             ),
         ),
         matrix_plus(
             matrix_minus(
-                half_step_times_negated_derivatives.moment_per_angular_velocity,
+                half_step_times_wrench_decrease_per_velocity.moment_per_angular_velocity,
                 matrix_times_cross_matrix(
-                    half_step_times_negated_derivatives.moment_per_velocity, contact_origin_from_moving_stone_centre
+                    half_step_times_wrench_decrease_per_velocity.moment_per_velocity,
+                    contact_origin_from_moving_stone_centre,
                 ),
             ),
             cross_matrix_times_matrix(contact_origin_from_loaded_stone_centre, fw),
@@ -239,7 +240,7 @@ def eliminate_stone_from_equations(
 
     `upper_stone_equations` and `lower_stone_equations` do not contain the contact of the two stones yet.
     """
-    joint_matrix = joint_equations.half_step_times_negated_derivatives
+    joint_matrix = joint_equations.half_step_times_wrench_decrease_per_velocity
     wrench = scale_wrench(half_step_length_s, joint_equations.predicted_wrench_replaced_by_velocity_change)
     own = sum_of_6x6_matrices(
         upper_stone_equations.diagonal_block,
@@ -287,22 +288,22 @@ def eliminate_stone_from_equations(
 
 @njit(**INLINE_OPTIONS)
 def solve_velocity_correction_of_lowest_stone(
-    lowest_stone_equations: DiagonalBlockAndRightSide,
+    lowest_stone_equations_without_upper_stones: DiagonalBlockAndRightSide,
     joint_equations: JointEquations,
     half_step_length_s: float,
     contact_origin_from_stone_centre: Vector3,
 ) -> ForceAndMomentOrVelocities:
     """Return the velocity correction of the lowest stone, after the stones above it have been eliminated."""
     own = sum_of_6x6_matrices(
-        lowest_stone_equations.diagonal_block,
+        lowest_stone_equations_without_upper_stones.diagonal_block,
         shift_contact_matrix_to_stone_centres(
-            joint_equations.half_step_times_negated_derivatives,
+            joint_equations.half_step_times_wrench_decrease_per_velocity,
             contact_origin_from_stone_centre,
             contact_origin_from_stone_centre,
         ),
     )
     right = wrench_plus(
-        lowest_stone_equations.right_hand_side,
+        lowest_stone_equations_without_upper_stones.right_hand_side,
         shift_wrench_to_stone_centre(
             scale_wrench(half_step_length_s, joint_equations.predicted_wrench_replaced_by_velocity_change),
             contact_origin_from_stone_centre,

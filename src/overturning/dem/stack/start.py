@@ -49,7 +49,7 @@ from overturning.dem.stack.step import state_array_length_per_joint
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def write_initial_stack_state(
     stack_states: Any, lane: int, case_table_row: Any, stone_and_joint_table_rows: tuple[Any, Any],
-    friction_by_joint: Any, base_and_top_corners_by_stone: Any, corner_count_by_stone: Any,
+    friction_by_joint: Any, base_and_top_corner_values_by_stone: Any, corner_count_by_stone: Any,
     sampling_interval_s_and_ticks: tuple[float, float],
 ) -> None:  # fmt: skip
     """Load a stack at rest into column `lane` of the state array.
@@ -60,7 +60,7 @@ def write_initial_stack_state(
     for row in range(stack_states.size // PARALLEL_CASE_COUNT):
         stack_states[row * PARALLEL_CASE_COUNT + lane] = 0.0
     first = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stones.size * VALUE_COUNT_PER_STONE_IN_ALL_LANES
-    size = state_array_length_per_joint(base_and_top_corners_by_stone.shape[2])
+    size = state_array_length_per_joint(base_and_top_corner_values_by_stone.shape[2])
     steps = case_table_row.steps_before_doubling_after_contact_change
     store_step_control(stack_states, lane, CaseStepLengthsAndDoublingCounts(
         case_table_row.min_allowed_step_ticks, case_table_row.longest_step_with_all_contacts_closed_ticks, steps,
@@ -90,7 +90,7 @@ def write_initial_stack_state(
         )  # fmt: skip
         for i in range(corner_count_by_stone[s]):
             begin = at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES + i * VALUE_COUNT_PER_POINT_IN_ALL_LANES
-            o = base_and_top_corners_by_stone[s, 0, i]
+            o = base_and_top_corner_values_by_stone[s, 0, i]
             store_face_corner(
                 stack_states[begin : begin + VALUE_COUNT_PER_POINT_IN_ALL_LANES],
                 lane,
@@ -103,7 +103,7 @@ def write_initial_stack_state(
                     + VALUE_COUNT_PER_JOINT_IN_ALL_LANES
                     + (corner_count_by_stone[s] + i) * VALUE_COUNT_PER_POINT_IN_ALL_LANES
                 )
-                o = base_and_top_corners_by_stone[s - 1, 1, i]
+                o = base_and_top_corner_values_by_stone[s - 1, 1, i]
                 store_face_corner(
                     stack_states[begin : begin + VALUE_COUNT_PER_POINT_IN_ALL_LANES],
                     lane,

@@ -53,18 +53,20 @@ class ContactSpringsAndPatchesOfStack:
 
 
 def joint_constants_of_stack(
-    stones: list[StackStone], contact_properties: VertexContact
+    stones: list[StackStone], default_joint_contact_properties: VertexContact
 ) -> ContactSpringsAndPatchesOfStack:
     """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
     rows, patches = np.zeros(len(stones), JOINT_TABLE_DTYPE), contact_patches_at_rest(stones)
     above = np.array([patch.mass_above for patch in patches])
     width = np.array([np.ptp(patch.corners_xy_in_stack_axes, axis=0).min() for patch in patches])
-    penetration = contact_properties.static_penetration * np.minimum(width, MIN_WIDTH_FOR_CONSTANT_PENETRATION_M)
+    penetration = default_joint_contact_properties.static_penetration * np.minimum(
+        width, MIN_WIDTH_FOR_CONSTANT_PENETRATION_M
+    )
     ratio, damping = (
         np.array([own if (given := getattr(stone, name)) is None else given for stone in stones])
         for name, own in (
-            ("base_joint_stiffness_ratio", contact_properties.stiffness_ratio),
-            ("base_joint_damping_ratio", contact_properties.damping_ratio),
+            ("base_joint_stiffness_ratio", default_joint_contact_properties.stiffness_ratio),
+            ("base_joint_damping_ratio", default_joint_contact_properties.damping_ratio),
         )
     )
     stiffness = above * STANDARD_GRAVITY / penetration
@@ -325,7 +327,7 @@ def spring_energy_at_rest(stones: list[StackStone], joint_constants: ContactSpri
     )
 
 
-def motion_onset_acceleration_g_by_case(
+def no_movement_below_acceleration_g_by_case(
     joint_constants: ContactSpringsAndPatchesOfStack, friction_by_case_and_joint: FloatArray
 ) -> FloatArray:
     """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).

@@ -58,9 +58,12 @@ from overturning.dem.stack.rim import (
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def state_array_length_per_joint(max_corner_count: int) -> int:
-    """Return the state array's length for one contact of two stones; faces have at most `max_corner_count` corners."""
-    return VALUE_COUNT_PER_JOINT_IN_ALL_LANES + 6 * max_corner_count * VALUE_COUNT_PER_POINT_IN_ALL_LANES
+def state_array_length_per_joint(max_corner_count_per_face: int) -> int:
+    """Return the state array's length for one contact of two stones.
+
+    Faces have at most `max_corner_count_per_face` corners.
+    """
+    return VALUE_COUNT_PER_JOINT_IN_ALL_LANES + 6 * max_corner_count_per_face * VALUE_COUNT_PER_POINT_IN_ALL_LANES
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -71,19 +74,19 @@ def predict_contact_points_and_patch_forces(
     joint_rows: Any,
     joint_point_rows: Any,
     base_and_lower_face_corner_counts: tuple[int, int],
-    used_point_count_and_indices_by_stone: Any,
+    used_point_count_and_indices_of_joint: Any,
     lane_count: int,
 ) -> None:
     """Compute the contact points of two stones at the predicted step end, and sum their predicted forces.
 
     `base_and_lower_face_corner_counts` holds the numbers of corners of the base and of the lower face (0 on the
     ground). The numbers of the points that have a share of stiffness in any stack are written to
-    `used_point_count_and_indices_by_stone`, after their count.
+    `used_point_count_and_indices_of_joint`, after their count.
     """
     upper_count, lower_count = base_and_lower_face_corner_counts
     predict_base_corner_positions(upper_stone_rows, joint_rows, joint_point_rows, upper_count, lane_count)
     for i in range(upper_count):
-        used_point_count_and_indices_by_stone[1 + i] = i
+        used_point_count_and_indices_of_joint[1 + i] = i
     count = upper_count
     if lower_count > 0 and not update_rim_distance_and_check_full_support(
         joint_rows, joint_point_rows, upper_count, lower_count, lane_count
@@ -98,27 +101,27 @@ def predict_contact_points_and_patch_forces(
         )
         rotate_contact_frame_to_mean_normal(upper_stone_rows, lower_stone_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
-            used_point_count_and_indices_by_stone[1 + count] = i
+            used_point_count_and_indices_of_joint[1 + count] = i
             count += 1 if any_stack_uses_contact_point(slice_contact_point_rows(joint_point_rows, i), lane_count) else 0
         for n in range(count):
             express_point_in_mean_normal_frame(
                 joint_rows,
-                slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_by_stone[1 + n]),
+                slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_of_joint[1 + n]),
                 lane_count,
             )
-    used_point_count_and_indices_by_stone[0] = count
+    used_point_count_and_indices_of_joint[0] = count
     reset_landing_time_and_height_extremes_and_sums(joint_rows, lane_count)
     for n in range(count):
         include_point_in_joint_landing_times_and_heights(
             joint_rows,
-            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_by_stone[1 + n]),
+            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_of_joint[1 + n]),
             lane_count,
         )
     for n in range(count):
         predict_point_force_and_add_to_joint_sums(
             case_rows,
             joint_rows,
-            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_by_stone[1 + n]),
+            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_of_joint[1 + n]),
             lane_count,
         )
     predict_joint_friction_and_equations(case_rows, upper_stone_rows, joint_rows, lane_count)
@@ -131,29 +134,29 @@ def compute_contact_patch_forces(
     lower_stone_rows: Any,
     joint_rows: Any,
     joint_point_rows: Any,
-    used_point_count_and_indices_by_stone: Any,
+    used_point_count_and_indices_of_joint: Any,
     lane_count: int,
-    none_unless_on_ground: Any,
+    marker_if_support_is_ground_else_none: Any,
 ) -> None:
     """Compute the contact forces of two stones at the end of the step, from the solved equations."""
     store_joint_velocity_change_and_clear_sums(
-        upper_stone_rows, lower_stone_rows, joint_rows, lane_count, none_unless_on_ground
+        upper_stone_rows, lower_stone_rows, joint_rows, lane_count, marker_if_support_is_ground_else_none
     )
-    for n in range(used_point_count_and_indices_by_stone[0]):
+    for n in range(used_point_count_and_indices_of_joint[0]):
         store_point_state_and_add_normal_force_to_joint(
             case_rows,
             joint_rows,
-            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_by_stone[1 + n]),
+            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_of_joint[1 + n]),
             lane_count,
         )
-    for n in range(used_point_count_and_indices_by_stone[0]):
+    for n in range(used_point_count_and_indices_of_joint[0]):
         add_force_times_pressure_centre_distance(
             joint_rows,
-            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_by_stone[1 + n]),
+            slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_of_joint[1 + n]),
             lane_count,
         )
     compute_joint_forces_and_add_to_stones(
-        case_rows, upper_stone_rows, lower_stone_rows, joint_rows, lane_count, none_unless_on_ground
+        case_rows, upper_stone_rows, lower_stone_rows, joint_rows, lane_count, marker_if_support_is_ground_else_none
     )
 
 
@@ -162,7 +165,7 @@ def store_accepted_stack_states(
     stack_states: Any,
     stone_count: int,
     state_array_length_per_joint: int,
-    used_point_count_and_indices_by_stone: Any,
+    used_point_count_and_indices_of_joint: Any,
     lane_count: int,
 ) -> None:
     """Store the new states of stones, contacts and contact points in the stacks whose step is accepted."""
@@ -181,9 +184,9 @@ def store_accepted_stack_states(
             case, stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane_count
         )
         points = stack_states[at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES : at + state_array_length_per_joint]
-        for n in range(used_point_count_and_indices_by_stone[s, 0]):
+        for n in range(used_point_count_and_indices_of_joint[s, 0]):
             update_contact_point_states_after_attempted_steps(
-                case, slice_contact_point_rows(points, used_point_count_and_indices_by_stone[s, 1 + n]), lane_count
+                case, slice_contact_point_rows(points, used_point_count_and_indices_of_joint[s, 1 + n]), lane_count
             )
 
 
@@ -191,21 +194,21 @@ def store_accepted_stack_states(
 def attempt_time_steps_of_stacks(
     stack_states: Any,
     stone_count: int,
-    max_corner_count: int,
+    max_corner_count_per_face: int,
     corner_count_by_stone: Any,
-    used_point_count_and_indices_by_stone: Any,
+    used_point_count_and_indices_of_joint: Any,
     lane_count: int,
     attempted_step_count: int,
     ticks_per_sample: float,
 ) -> None:
     """Attempt `attempted_step_count` time steps of all stacks.
 
-    `used_point_count_and_indices_by_stone` is a work array.
+    `used_point_count_and_indices_of_joint` is a work array.
     """
     case = stack_states[:VALUE_COUNT_PER_CASE_IN_ALL_LANES]
     first, size = (
         VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
-        state_array_length_per_joint(max_corner_count),
+        state_array_length_per_joint(max_corner_count_per_face),
     )
     for _ in range(attempted_step_count):
         start_step_and_predict_inertial_acceleration(case, lane_count, ticks_per_sample)
@@ -226,7 +229,7 @@ def attempt_time_steps_of_stacks(
                     joint,
                     points,
                     (int(corner_count_by_stone[s]), 0),
-                    used_point_count_and_indices_by_stone[s],
+                    used_point_count_and_indices_of_joint[s],
                     lane_count,
                 )
             else:
@@ -234,7 +237,7 @@ def attempt_time_steps_of_stacks(
                 predict_motion_relative_to_stone_below(stone, lower, joint, lane_count)
                 both = (int(corner_count_by_stone[s]), int(corner_count_by_stone[s - 1]))
                 predict_contact_points_and_patch_forces(
-                    case, stone, lower, joint, points, both, used_point_count_and_indices_by_stone[s], lane_count
+                    case, stone, lower, joint, points, both, used_point_count_and_indices_of_joint[s], lane_count
                 )
                 rotate_joint_equations_to_ground_axes(joint, lane_count)
         for s in range(stone_count - 1, 0, -1):
@@ -263,18 +266,18 @@ def attempt_time_steps_of_stacks(
             points = stack_states[at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES : at + size]
             if s == 0:
                 compute_contact_patch_forces(
-                    case, stone, stone, joint, points, used_point_count_and_indices_by_stone[s], lane_count, 1
+                    case, stone, stone, joint, points, used_point_count_and_indices_of_joint[s], lane_count, 1
                 )
             else:
                 lower = slice_stone_rows(stack_states, s - 1)
                 compute_contact_patch_forces(
-                    case, stone, lower, joint, points, used_point_count_and_indices_by_stone[s], lane_count, None
+                    case, stone, lower, joint, points, used_point_count_and_indices_of_joint[s], lane_count, None
                 )
-                for n in range(corner_count_by_stone[s], used_point_count_and_indices_by_stone[s, 0]):
+                for n in range(corner_count_by_stone[s], used_point_count_and_indices_of_joint[s, 0]):
                     mark_joints_bearing_on_non_corner_point(
                         joint,
-                        slice_contact_point_rows(points, used_point_count_and_indices_by_stone[s, 1 + n]),
+                        slice_contact_point_rows(points, used_point_count_and_indices_of_joint[s, 1 + n]),
                         lane_count,
                     )
         decide_step_acceptance_and_advance_clock(case, lane_count, ticks_per_sample)
-        store_accepted_stack_states(stack_states, stone_count, size, used_point_count_and_indices_by_stone, lane_count)
+        store_accepted_stack_states(stack_states, stone_count, size, used_point_count_and_indices_of_joint, lane_count)

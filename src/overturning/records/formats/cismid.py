@@ -119,11 +119,13 @@ def _utc_time_of_local_time_field(header: HeaderFields, field_name: str) -> date
     return None if moment and moment.year in YEARS_WITH_SUMMER_TIME_IN_PERU and moment.month <= 4 else moment
 
 
-def _stated_peak_of_column(header: HeaderFields, acceleration_column_index: int) -> PeakStatedInFileHeader | None:
+def _stated_peak_of_column(
+    header: HeaderFields, index_among_acceleration_columns: int
+) -> PeakStatedInFileHeader | None:
     """Return the peak that the header states for an acceleration column, counted from 0; None if it states no peaks."""
     stated = header.field_text("MAXIMUM ACCELERATION").split()
     return (
-        header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[acceleration_column_index])
+        header.field_peak_acceleration("MAXIMUM ACCELERATION", GAL, stated[index_among_acceleration_columns])
         if stated
         else None
     )

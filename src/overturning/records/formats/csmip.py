@@ -87,12 +87,12 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
             len(lines_from_channel_start.lines) - 1, "the file ends without the end mark of a channel; get it again"
         )
     channel_lines = replace(lines_from_channel_start, lines=lines_from_channel_start.lines[:end])
-    text_lines = 13 if volume == 1 else 25
+    lines_of_one_text = 13 if volume == 1 else 25
     header = HeaderFields.find_fields(
         channel_lines,
         {**HEADER_FIELD_PATTERNS, "peak": PEAK_ACCELERATION_PATTERN_BY_VOLUME[volume]},
-        text_lines,
-        min_line_count=text_lines + 14,
+        lines_of_one_text,
+        min_line_count=lines_of_one_text + 14,
     )
     at = header.line_index_of_field("CHAN with the axis")
     number, axis = header.line_index_and_match_by_field["CHAN with the axis"][1].groups()
@@ -102,7 +102,9 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
         line_number = channel_lines.file_line_count_before_first_line + at + 1
         why = f"axis {channel.split()[0]!r}, but line {line_number} says {axis!r}"
         raise header.line_error("channel", f"{why}; find out which, and correct the file")
-    whole = channel_lines.read_fixed_width_integers(text_lines, column_width=5, numbers_per_line=16, number_count=100)
+    whole = channel_lines.read_fixed_width_integers(
+        lines_of_one_text, column_width=5, numbers_per_line=16, number_count=100
+    )
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis_direction(axis) == UNKNOWN_DIRECTION else VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE
@@ -110,11 +112,11 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
         axis, senses.get(code, horizontal_direction_from_azimuth_code(code)), partial(channel_lines.line_error, at)
     )
     introduced = re.compile(str(SAMPLE_BLOCK_HEADING_FIELD_PATTERNS["number of samples"]), re.IGNORECASE)
-    data_at = next((i for i in range(text_lines + 7, end) if introduced.match(channel_lines.lines[i])), 0)
+    data_at = next((i for i in range(lines_of_one_text + 7, end) if introduced.match(channel_lines.lines[i])), 0)
     samples, interval, notes = (
         _read_evenly_spaced_samples_interval_and_notes(channel_lines, data_at, header)
         if data_at
-        else _read_samples_interval_and_notes_from_time_pairs(channel_lines, text_lines, header)
+        else _read_samples_interval_and_notes_from_time_pairs(channel_lines, lines_of_one_text, header)
     )
     (latitude, longitude), station, start = (
         header.field_latitude_and_longitude_deg("coordinates"),
@@ -154,7 +156,7 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
     return component, end + 1
 
 
-def _start_time_of_renadic_file(header: HeaderFields, stated_origin_time_utc: datetime | None) -> datetime | None:
+def _start_time_of_renadic_file(header: HeaderFields, time_in_origin_field_utc: datetime | None) -> datetime | None:
     """Return the UTC time of the first sample of a file of RENADIC (Chile); None if its clock does not give it.
 
     The field ORIGIN is the time of the first sample in whole seconds: in files of recorders with satellite clocks, the
@@ -165,13 +167,13 @@ def _start_time_of_renadic_file(header: HeaderFields, stated_origin_time_utc: da
     trigger = header.utc_time_of_month_day_year_field("trigger")
     if (
         trigger is None
-        or stated_origin_time_utc is None
+        or time_in_origin_field_utc is None
         or RECORDER_WITHOUT_SATELLITE_CLOCK_PATTERN.search(header.lines[4])
     ):
         return None
     if (trigger.year, trigger.month, trigger.day) == (1980, 1, 1):
         return None
-    start = stated_origin_time_utc.replace(microsecond=trigger.microsecond)
+    start = time_in_origin_field_utc.replace(microsecond=trigger.microsecond)
     return start if timedelta() <= trigger - start <= MAX_PRE_EVENT_MEMORY else None
 
 

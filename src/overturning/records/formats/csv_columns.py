@@ -76,14 +76,16 @@ def read_components(source_file: SourceFile, user_declared_properties: DeclaredF
     ]
 
 
-def _column_declaration_and_record_key_of_file(declared_columns_text: str, file_name: str) -> tuple[str, str]:
+def _column_declaration_and_record_key_of_file(
+    columns_declared_of_all_files_text: str, file_name: str
+) -> tuple[str, str]:
     """Return the column declaration for a file, and a key that is equal for all files of the same record.
 
     The key has the parts of the name that each ``*`` matches; it is "" if the declaration names no files.
     """
-    words = declared_columns_text.split()
+    words = columns_declared_of_all_files_text.split()
     if not any("=" in word for word in words):
-        return declared_columns_text, ""
+        return columns_declared_of_all_files_text, ""
     declared: dict[str, list[str]] = {}
     pattern = ""
     for word in words:
@@ -108,33 +110,37 @@ def _column_declaration_and_record_key_of_file(declared_columns_text: str, file_
     return " ".join(declared[pattern]), found[pattern]
 
 
-def _split_column_values_per_line_and_field_width(declared_columns_text: str, file_name: str) -> tuple[str, int, int]:
+def _split_column_values_per_line_and_field_width(
+    columns_declared_of_all_files_text: str, file_name: str
+) -> tuple[str, int, int]:
     """Split ``north:gal*8F10`` into column, values per line (8) and field width (10); a number not stated is 0."""
-    match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", declared_columns_text.strip())
+    match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", columns_declared_of_all_files_text.strip())
     if match is None:
-        if "*" in declared_columns_text:
+        if "*" in columns_declared_of_all_files_text:
             raise RecordError(
-                f"{file_name}: columns {declared_columns_text!r}; only a single column has several values a line: "
+                f"{file_name}: columns {columns_declared_of_all_files_text!r}; only a single column has several values "
+                f"a line: "
                 "north:gal*8"
             )
-        return declared_columns_text, 0, 0
+        return columns_declared_of_all_files_text, 0, 0
     per_line, width = int(match[2]), int(match[3] or 0)
     if not (1 <= per_line <= 1000 and (match[3] is None or 1 <= width <= 100)):
         raise RecordError(
-            f"{file_name}: columns {declared_columns_text!r}; 1 to 1000 values a line, of 1 to 100 characters"
+            f"{file_name}: columns {columns_declared_of_all_files_text!r}; 1 to 1000 values a line, of 1 to 100 "
+            f"characters"
         )
     return match[1], per_line, width
 
 
-def _parse_axes_and_units(declared_columns_text: str, file_name: str) -> list[tuple[str, str]]:
+def _parse_axes_and_units(columns_declared_of_all_files_text: str, file_name: str) -> list[tuple[str, str]]:
     """Return the axis and unit of each declared column; raise a RecordError if the declaration is invalid."""
-    if not declared_columns_text.strip():
+    if not columns_declared_of_all_files_text.strip():
         raise RecordError(
             f"{file_name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
             "(columns in the record table, --columns here)"
         )
     columns = []
-    for word in declared_columns_text.split():
+    for word in columns_declared_of_all_files_text.split():
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
         if axis.lower() == "skip" or (axis.lower() == "time" and unit in SECONDS_BY_TIME_UNIT):
             columns.append((axis.lower(), unit))
@@ -142,7 +148,8 @@ def _parse_axes_and_units(declared_columns_text: str, file_name: str) -> list[tu
             columns.append((axis, unit.lower()))
         elif not columns and re.search(r"[,;]", word):
             raise RecordError(
-                f"{file_name}: columns {declared_columns_text!r}; set them off by blanks, not by commas or semicolons"
+                f"{file_name}: columns {columns_declared_of_all_files_text!r}; set them off by blanks, not by commas "
+                f"or semicolons"
             )
         else:
             raise RecordError(
@@ -156,7 +163,7 @@ def _read_number_rows_first_line_and_notes(
     lines: TextLines,
     axis_and_unit_of_declared_columns: Sequence[tuple[str, str]],
     user_declared_properties: DeclaredFileProperties,
-    samples_per_line_or_0: int,
+    samples_of_one_axis_per_line_or_0: int,
     characters_per_sample_or_0: int,
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
     """Return the numbers of a file, shape (rows, columns), the index of their first line, and notes on headings."""
@@ -177,9 +184,9 @@ def _read_number_rows_first_line_and_notes(
     if why and not trusting:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()
-    if samples_per_line_or_0:
+    if samples_of_one_axis_per_line_or_0:
         values = _read_axis_with_several_samples_per_line(
-            lines, texts, separator, samples_per_line_or_0, characters_per_sample_or_0
+            lines, texts, separator, samples_of_one_axis_per_line_or_0, characters_per_sample_or_0
         )
     else:
         cells = {i: text.split(separator) for i, text in texts.items()}
@@ -204,7 +211,9 @@ def _read_number_rows_first_line_and_notes(
     for (word, _), column in zip(axis_and_unit_of_declared_columns, values.T, strict=True):
         mark = 0.0 if word in ("time", "skip") or trusting else _missing_sample_marker_or_zero(column)
         if mark:
-            index = list(texts)[int(np.flatnonzero(np.abs(column) == mark)[0]) // max(samples_per_line_or_0, 1)]
+            index = list(texts)[
+                int(np.flatnonzero(np.abs(column) == mark)[0]) // max(samples_of_one_axis_per_line_or_0, 1)
+            ]
             why = f"{mark:g} marks a missing sample; cut the record there, or say --trust-data if it is a sample"
             raise lines.line_error(index, why)
     return values, next(iter(texts)), notes

@@ -34,15 +34,15 @@ def _direction_from_component_name(component_name: str) -> AzimuthAndVerticalSen
     return parse_axis_direction(stated[0]) if stated else UNKNOWN_DIRECTION
 
 
-def read_components(record_source: str) -> list[RecordComponent]:
+def read_components(record_set_and_number: str) -> list[RecordComponent]:
     """Read both horizontal components of a FEMA P-695 record, given as ``set:id``: record set and record number.
 
     Raises a RecordError if the record does not exist or is damaged.
     """
-    record_set, _, number = record_source.partition(":")
+    record_set, _, number = record_set_and_number.partition(":")
     if record_set not in RECORD_SET_NAMES or not number.isdigit():
         raise RecordError(
-            f"source {record_source!r}: FEMA P-695 records are named set:id, with set one of "
+            f"source {record_set_and_number!r}: FEMA P-695 records are named set:id, with set one of "
             f"{', '.join(RECORD_SET_NAMES)}"
         )
     try:
@@ -50,11 +50,13 @@ def read_components(record_source: str) -> list[RecordComponent]:
             records = {row["ID"]: row for row in _read_csv_rows(archive, f"{record_set}/records.csv")}
             if number not in records:
                 known = sorted(map(int, records))
-                raise RecordError(f"source {record_source!r}: {record_set} has the ids {known[0]} to {known[-1]}")
-            components = _read_horizontal_components(archive, record_source, records[number])
+                raise RecordError(
+                    f"source {record_set_and_number!r}: {record_set} has the ids {known[0]} to {known[-1]}"
+                )
+            components = _read_horizontal_components(archive, record_set_and_number, records[number])
     except (OSError, EOFError, KeyError, NotImplementedError, zlib.error, zipfile.BadZipFile) as problem:
         raise RecordError(
-            f"{ARCHIVE_PATH.name}: record {record_source} is damaged ({problem}); install overturning again"
+            f"{ARCHIVE_PATH.name}: record {record_set_and_number} is damaged ({problem}); install overturning again"
         ) from problem
     # The set's PGAmax (two decimals, in g) is the peak of the larger component.
     larger = max(range(2), key=lambda at: np.abs(components[at].acceleration).max())
@@ -69,10 +71,10 @@ def _read_csv_rows(archive: zipfile.ZipFile, archive_member_path: str) -> list[d
 
 
 def _read_horizontal_components(
-    archive: zipfile.ZipFile, record_source: str, record_set_table_row: dict[str, str]
+    archive: zipfile.ZipFile, record_set_and_number: str, record_set_table_row: dict[str, str]
 ) -> list[RecordComponent]:
     """Read both horizontal components of a FEMA P-695 record, given its row in the table of its record set."""
-    record_set, number = record_source.split(":")
+    record_set, number = record_set_and_number.split(":")
     components = []
     for row in _read_csv_rows(archive, f"{record_set}/components.csv"):
         if row["RecordID"] != number:
@@ -83,7 +85,7 @@ def _read_horizontal_components(
         axis = row["ComponentName"]
         components.append(
             RecordComponent.from_file(
-                SourceFile(record_source, in_g.tobytes()),
+                SourceFile(record_set_and_number, in_g.tobytes()),
                 axis,
                 _direction_from_component_name(axis),
                 in_g * STANDARD_GRAVITY,

@@ -510,7 +510,7 @@ def test_a_fall_map_of_a_scene_is_refused_unless_one_element_is_selected() -> No
         overturning.plot.fall_rose(outcome.sel(element="shaft"))
 
 
-def drawn_fall_probabilities_of_cells(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
+def fall_flags_drawn_in_map_cells(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
     """Probability drawn at each azimuth and B/H in the first polar map of a figure; -1 where no colour is drawn."""
     (mesh,) = figure.axes[0].collections
     corner = mesh.get_coordinates()
@@ -540,11 +540,11 @@ def test_a_fall_map_does_not_depend_on_grid_order_or_full_turns_of_azimuth() -> 
         (azimuth[::-1], ratio[::-1]), (azimuth, ratio[[1, 0, 2, 1]]),
     ):  # fmt: skip
         figure = simulate_and_draw_fall_map(turned, sizes)
-        np.testing.assert_array_equal(drawn_fall_probabilities_of_cells(figure, azimuth, ratio), kinds)
+        np.testing.assert_array_equal(fall_flags_drawn_in_map_cells(figure, azimuth, ratio), kinds)
         assert figure.axes[0].get_ylim()[1] == pytest.approx(1.2)
     outcome = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio[::-1], **stone)
     alone = overturning.plot.fall_map(outcome.isel(height=0, friction=0))  # a part of it, without these dimensions
-    np.testing.assert_array_equal(drawn_fall_probabilities_of_cells(alone, azimuth, ratio), kinds)
+    np.testing.assert_array_equal(fall_flags_drawn_in_map_cells(alone, azimuth, ratio), kinds)
     (edge, *_) = overturning.plot.overturning_boundary(outcome).axes[0].lines
     falls = np.abs(flags.to_numpy()) == 1
     last = np.where(falls[:, 1], 0.6, np.where(falls[:, 0], 0.25, np.nan))

@@ -178,9 +178,9 @@ def output_of_overturning_command(*arguments: str) -> str:
     return "\n".join(line.rstrip() for line in wrapped)
 
 
-def fenced_code_block(code_text: str) -> str:
+def fenced_code_block(text_to_fence: str) -> str:
     """Return a text as a fenced code block of Markdown."""
-    return f"```text\n{code_text}\n```"
+    return f"```text\n{text_to_fence}\n```"
 
 
 def simulate_and_write_example_cube(path: Path) -> None:

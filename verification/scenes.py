@@ -81,14 +81,14 @@ def three_tier_scene_and_cases() -> tuple[Scene, CaseGroup]:
 
 
 def median_peak_rotation_error_percent(
-    peak_rotations: Any, reference_peak_rotations: Any, case_mask: np.ndarray
+    peak_rotations: Any, reference_peak_rotations: Any, mask_of_cases_to_include: np.ndarray
 ) -> float:
     """Return the median absolute relative error, percent, of the peak rotations that a mask selects."""
     return 100 * float(
         np.median(
             np.abs(
-                peak_rotations[case_mask]
-                / np.where(reference_peak_rotations > 0, reference_peak_rotations, np.inf)[case_mask]
+                peak_rotations[mask_of_cases_to_include]
+                / np.where(reference_peak_rotations > 0, reference_peak_rotations, np.inf)[mask_of_cases_to_include]
                 - 1
             )
         )

@@ -99,10 +99,10 @@ def run_whole_study_and_measure_cost(
             return WholeRunCost(wall, spent, first - began, read_step_costs(table), str(cube.content_sha256))
 
 
-def read_step_costs(step_table_path: Path) -> dict[str, TotalCostOfCommandSteps]:
+def read_step_costs(step_time_and_memory_log_path: Path) -> dict[str, TotalCostOfCommandSteps]:
     """Return the cost of the steps of each command from a table of steps, those with most processor time first."""
     costs: dict[str, TotalCostOfCommandSteps] = {}
-    with step_table_path.open(encoding="utf-8", newline="") as file:
+    with step_time_and_memory_log_path.open(encoding="utf-8", newline="") as file:
         for row in csv.reader(file, delimiter="\t"):
             if row[0] != "command":
                 steps, seconds, memory = costs.get(row[0], (0, 0.0, 0.0))

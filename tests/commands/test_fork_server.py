@@ -45,13 +45,13 @@ def running_server(table: Path) -> Iterator[psutil.Process]:
 
 
 @pytest.fixture(scope="module")
-def step_table_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def step_time_and_memory_log_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the path of the table in which the fork server logs time and memory of each step."""
     return tmp_path_factory.mktemp("server") / "steps.tsv"
 
 
 @pytest.fixture(scope="module")
-def get_or_restart_server(step_table_path: Path) -> Iterator[Callable[[], psutil.Process]]:
+def get_or_restart_server(step_time_and_memory_log_path: Path) -> Iterator[Callable[[], psutil.Process]]:
     """Return a function that gives the fork server of this file, or a new one after a test that killed it."""
     started: list[psutil.Process] = []
     with ExitStack() as stack:
@@ -59,7 +59,7 @@ def get_or_restart_server(step_table_path: Path) -> Iterator[Callable[[], psutil
         def running_server_process() -> psutil.Process:
             if not started or not started[-1].is_running() or started[-1].status() == psutil.STATUS_ZOMBIE:
                 stack.close()
-                started.append(stack.enter_context(running_server(step_table_path)))
+                started.append(stack.enter_context(running_server(step_time_and_memory_log_path)))
             return started[-1]
 
         yield running_server_process
@@ -130,7 +130,7 @@ def client_and_process_of_endless_step(
 
 
 def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
-    fork_server_process: psutil.Process, step_table_path: Path, tmp_path: Path
+    fork_server_process: psutil.Process, step_time_and_memory_log_path: Path, tmp_path: Path
 ) -> None:
     for name, environment in (("own.nc", {SERVER_SOCKET_ENVIRONMENT_VARIABLE: ""}), ("server.nc", {})):
         done = run_step_in_server_or_separate_process(
@@ -138,9 +138,9 @@ def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
         )
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (tmp_path / "own.nc").read_bytes() == (tmp_path / "server.nc").read_bytes()
-    (row,) = (one for one in rows_of_steps_run_in_server(step_table_path) if str(tmp_path) in one[1])
+    (row,) = (one for one in rows_of_steps_run_in_server(step_time_and_memory_log_path) if str(tmp_path) in one[1])
     assert row[:2] == ["read", str(tmp_path / "server.nc")]
-    head = step_table_path.read_text(encoding="utf-8").splitlines()[0].split("\t")
+    head = step_time_and_memory_log_path.read_text(encoding="utf-8").splitlines()[0].split("\t")
     used = dict(zip(head, row, strict=True))
     assert 0.0 < float(used["cpu_time"]) < 60.0
     assert 10.0 < float(used["max_rss"]) < 2000.0
@@ -149,13 +149,13 @@ def test_a_step_in_the_fork_server_gives_the_output_of_a_separate_process(
 @pytest.mark.parametrize("words", [("read", "--study", STUDY, "--record", "none", "--output", "x.nc"), ("read",)])
 def test_a_failing_step_has_the_same_message_and_status_in_the_fork_server(
     fork_server_process: psutil.Process,
-    step_table_path: Path,
+    step_time_and_memory_log_path: Path,
     words: tuple[str, ...],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    before = len(rows_of_steps_run_in_server(step_table_path))
+    before = len(rows_of_steps_run_in_server(step_time_and_memory_log_path))
     served = run_step_in_server_or_separate_process(*words)
-    assert len(rows_of_steps_run_in_server(step_table_path)) == before + 1, "it ran in the server"
+    assert len(rows_of_steps_run_in_server(step_time_and_memory_log_path)) == before + 1, "it ran in the server"
     with pytest.raises(SystemExit) as end:
         main(list(words))  # as a process of its own does
     own = capsys.readouterr()
@@ -165,11 +165,11 @@ def test_a_failing_step_has_the_same_message_and_status_in_the_fork_server(
 
 def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
     fork_server_process: psutil.Process,
-    step_table_path: Path,
+    step_time_and_memory_log_path: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    before = len(rows_of_steps_run_in_server(step_table_path))
+    before = len(rows_of_steps_run_in_server(step_time_and_memory_log_path))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "records.tsv").write_text("id\tformat\tsource\nmine\tauto\tgone.V2A\n", encoding="utf-8")
@@ -184,7 +184,7 @@ def test_a_fork_server_step_has_the_folder_and_environment_of_its_client(
         == 0
     )
     assert (tmp_path / "motion.nc").is_file()
-    assert len(rows_of_steps_run_in_server(step_table_path)) == before + 2
+    assert len(rows_of_steps_run_in_server(step_time_and_memory_log_path)) == before + 2
 
 
 def test_the_fork_server_runs_steps_concurrently(fork_server_process: psutil.Process, tmp_path: Path) -> None:
@@ -275,16 +275,16 @@ def test_the_fork_server_of_a_killed_workflow_ends_after_the_running_steps(tmp_p
 )
 def test_a_step_without_a_suitable_fork_server_is_left_to_its_caller(
     fork_server_process: psutil.Process,
-    step_table_path: Path,
+    step_time_and_memory_log_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     variable: str,
     value: str,
 ) -> None:
     """A step runs in its caller if there is no server, or if the server was started for another number of threads."""
-    before = rows_of_steps_run_in_server(step_table_path)
+    before = rows_of_steps_run_in_server(step_time_and_memory_log_path)
     monkeypatch.setenv(variable, value)
     assert run_workflow_step_in_fork_server_if_possible(["--version"]) is None
-    assert rows_of_steps_run_in_server(step_table_path) == before
+    assert rows_of_steps_run_in_server(step_time_and_memory_log_path) == before
 
 
 def test_no_fork_server_is_used_if_its_variable_is_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -310,12 +310,12 @@ def test_a_run_continues_without_a_fork_server_if_no_socket_can_be_made(
 
 
 def test_a_fork_server_of_another_installation_is_not_used(
-    fork_server_process: psutil.Process, step_table_path: Path, monkeypatch: pytest.MonkeyPatch
+    fork_server_process: psutil.Process, step_time_and_memory_log_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = rows_of_steps_run_in_server(step_table_path)
+    before = rows_of_steps_run_in_server(step_time_and_memory_log_path)
     monkeypatch.setattr(fork_client, "python_executable_and_package_folder", lambda: [sys.executable, "/elsewhere"])
     assert run_workflow_step_in_fork_server_if_possible(["--version"]) is None
-    assert rows_of_steps_run_in_server(step_table_path) == before
+    assert rows_of_steps_run_in_server(step_time_and_memory_log_path) == before
 
 
 def test_the_fork_server_loads_kernels_once_per_study_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

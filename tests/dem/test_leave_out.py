@@ -40,7 +40,7 @@ BLOCK_GRID_WITH_TWO_THREADS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def near_field_motion(number: int, pulse: bool) -> Motion:
+def read_near_fault_motion(number: int, pulse: bool) -> Motion:
     """Return a near-field record; number 9 gets an artificial vertical component."""
     motion, _, _ = near_field_motion_and_fault_component_azimuths(number, pulse)
     up = 0.7 * motion.east if number == 9 else None
@@ -54,7 +54,7 @@ def test_skipping_quiet_cases_and_quiet_starts_and_ends_changes_no_overturning_f
 ) -> None:
     """Whole cases at rest are skipped, and the quiet beginning and end of others; skipping within a case is off."""
     monkeypatch.setattr(block_plan, "largest_acceleration_without_motion_g", lambda lifts, *_: 0.0 * lifts)
-    motion = near_field_motion(number, pulse)
+    motion = read_near_fault_motion(number, pulse)
     short = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS)
     full = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS, leave_out=False)
     assert (full["status"] == 0).all()
@@ -69,7 +69,7 @@ def test_skipping_quiet_cases_and_quiet_starts_and_ends_changes_no_overturning_f
 @pytest.mark.long
 def test_skipping_times_at_rest_changes_no_more_falls_than_a_1e_9_amplitude_change() -> None:
     changed = np.zeros(3, int)
-    for motion in (near_field_motion(*one) for one in NEAR_FAULT_RECORD_NUMBERS_AND_PULSE_FLAGS):
+    for motion in (read_near_fault_motion(*one) for one in NEAR_FAULT_RECORD_NUMBERS_AND_PULSE_FLAGS):
         short = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS)
         full, more, less = (
             simulate_as_arrays(motion.scaled_by(factor), **BLOCK_GRID_WITH_TWO_THREADS, leave_out=False)
@@ -89,7 +89,7 @@ def test_skipping_times_at_rest_of_stacks_changes_falls_like_a_1e_9_amplitude_ch
         "model": Stack(load_shipped_scene("three-tier")), "orientation_deg": np.arange(0.0, 90.0, 15.0),
         "height": [0.8], "b_over_h": [0.25, 0.35, 0.45], "friction": [0.3, 0.5, 0.7, 0.9], "threads": 2,
     }  # fmt: skip
-    for motion in (near_field_motion(*one) for one in NEAR_FAULT_RECORD_NUMBERS_AND_PULSE_FLAGS[2:]):
+    for motion in (read_near_fault_motion(*one) for one in NEAR_FAULT_RECORD_NUMBERS_AND_PULSE_FLAGS[2:]):
         short = simulate_as_arrays(motion, **stacks)
         full, *others = (
             simulate_as_arrays(motion.scaled_by(factor), **stacks, leave_out=False)

@@ -24,7 +24,7 @@ VELOCITY_CORRECTION_X_ROW_OFFSET = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(
 )
 
 
-def solve_random_equations_by_kernel_and_numpy(
+def count_nonzero_submatrices_and_solve_by_both_solvers(
     size: int, links: list[tuple[int, int]], seed: int
 ) -> tuple[int, np.ndarray, np.ndarray]:
     """Return the number of nonzero submatrices after elimination, the kernel's solution, and the dense solution."""
@@ -56,7 +56,7 @@ def solve_random_equations_by_kernel_and_numpy(
 def test_solving_a_stack_needs_submatrices_in_proportion_to_its_elements(size: int) -> None:
     chain = [(k, k + 1) for k in range(size - 1)]
     for links in (chain, [(k, i) for i, k in chain]):
-        used, found, expected = solve_random_equations_by_kernel_and_numpy(size, links, size)
+        used, found, expected = count_nonzero_submatrices_and_solve_by_both_solvers(size, links, size)
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
         assert used == 3 * size - 2
 
@@ -66,7 +66,7 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
     rng, size = np.random.default_rng(seed), 9
     every = [(int(i), int(k)) for i, k in rng.integers(0, size, (14, 2)) if i != k]
     links = list({tuple(sorted(pair)): pair for pair in every}.values())
-    _, found, expected = solve_random_equations_by_kernel_and_numpy(size, links, seed)
+    _, found, expected = count_nonzero_submatrices_and_solve_by_both_solvers(size, links, seed)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 

@@ -27,13 +27,13 @@ from tests.dem.polygon_scenes import (
 )
 from tests.sources import shipped_files
 
-ROTATION_STEP = np.radians(0.02)
+REST_ROTATION_SEARCH_STEP_RAD = np.radians(0.02)
 SHIPPED_SCENE_NAMES = sorted(path.stem for path in shipped_files("config/scenes/*.yaml"))
 
 
 def rotations_of_polygon_at_rest_on_ground(vertices: np.ndarray) -> np.ndarray:
     """Return the rotations, rad, at which a body can rest on level ground: the height of its centre is a minimum."""
-    angles = np.arange(-np.pi, np.pi, ROTATION_STEP)
+    angles = np.arange(-np.pi, np.pi, REST_ROTATION_SEARCH_STEP_RAD)
     height = (np.outer(np.sin(angles), vertices[:, 0]) - np.outer(np.cos(angles), vertices[:, 1])).max(axis=1)
     lowest = (height < np.roll(height, 1)) & (height < np.roll(height, -1))
     return angles[lowest]
@@ -42,7 +42,7 @@ def rotations_of_polygon_at_rest_on_ground(vertices: np.ndarray) -> np.ndarray:
 def smallest_rotations_to_rest_on_other_side(vertices: np.ndarray) -> list[float]:
     """Return the smallest rotations to −x and to +x, rad, at which the body can rest on another side; π if none."""
     rests = rotations_of_polygon_at_rest_on_ground(vertices)
-    rests = rests[np.abs(rests) > 2 * ROTATION_STEP]
+    rests = rests[np.abs(rests) > 2 * REST_ROTATION_SEARCH_STEP_RAD]
     return [float(turned[turned > 0].min(initial=np.pi)) for turned in (-rests, rests)]
 
 
@@ -52,7 +52,7 @@ def test_fall_angles_of_shipped_scenes_are_rotations_to_rest_on_another_side(nam
         if not item.is_driven_or_held:
             assert item.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
                 smallest_rotations_to_rest_on_other_side(item.shape.vertices_from_whole_polygon_centroid),
-                abs=ROTATION_STEP,
+                abs=REST_ROTATION_SEARCH_STEP_RAD,
             ), item.element.name
             if item.element.width is not None:
                 assert item.fall_rotations_to_minus_and_plus_x_rad == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
@@ -95,7 +95,7 @@ def test_fall_angles_of_random_polygons_are_rotations_to_rest_on_another_side() 
         body = place_elements(scene_of_elements({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
         assert body.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
             smallest_rotations_to_rest_on_other_side(body.shape.vertices_from_whole_polygon_centroid),
-            abs=2 * ROTATION_STEP,
+            abs=2 * REST_ROTATION_SEARCH_STEP_RAD,
         ), vertices
 
 

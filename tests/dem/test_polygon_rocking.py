@@ -19,7 +19,7 @@ from tests.dem.polygon_scenes import (
 )
 from tests.dem.reference.scalar_stack import trajectory_of_two_stacked_blocks
 
-LOWER_SIZE, UPPER_SIZE = np.array([0.6, 1.0]), np.array([0.3, 0.8])
+LOWER_BLOCK_WIDTH_AND_HEIGHT, UPPER_BLOCK_WIDTH_AND_HEIGHT = np.array([0.6, 1.0]), np.array([0.3, 0.8])
 """Widths and heights, m; the upper block stands in the middle of the lower one."""
 
 
@@ -31,19 +31,19 @@ def rotate_clockwise(angle: float, arm: FloatArray) -> FloatArray:
 
 def lever_arms_of_stack_rocking_at_right_corner(side: int) -> tuple[FloatArray, ...]:
     """Return three lever arms: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
-    corner = 0.5 * side * UPPER_SIZE[0]
-    foot = -0.5 * LOWER_SIZE[0]
+    corner = 0.5 * side * UPPER_BLOCK_WIDTH_AND_HEIGHT[0]
+    foot = -0.5 * LOWER_BLOCK_WIDTH_AND_HEIGHT[0]
     return (
-        np.array([foot, 0.5 * LOWER_SIZE[1]]),
-        np.array([foot + corner, LOWER_SIZE[1]]),
-        np.array([-corner, 0.5 * UPPER_SIZE[1]]),
+        np.array([foot, 0.5 * LOWER_BLOCK_WIDTH_AND_HEIGHT[1]]),
+        np.array([foot + corner, LOWER_BLOCK_WIDTH_AND_HEIGHT[1]]),
+        np.array([-corner, 0.5 * UPPER_BLOCK_WIDTH_AND_HEIGHT[1]]),
     )
 
 
 def centres_of_blocks(side: int, angles: FloatArray) -> FloatArray:
     """Return the centres (x, z) of both blocks at given rotations, rad, m."""
     to_lower, to_corner, to_upper = lever_arms_of_stack_rocking_at_right_corner(side)
-    foot = np.array([0.5 * LOWER_SIZE[0], 0.0])
+    foot = np.array([0.5 * LOWER_BLOCK_WIDTH_AND_HEIGHT[0], 0.0])
     upper = foot + rotate_clockwise(angles[0], to_corner) + rotate_clockwise(angles[1], to_upper)
     return np.array([foot + rotate_clockwise(angles[0], to_lower), upper])
 
@@ -54,8 +54,8 @@ def rotations_of_rigid_stack_until_impact(
     """Return both rotations until the first impact, from d'Alembert's principle, shape (samples, 2), rad."""
     to_lower, to_corner, to_upper = lever_arms_of_stack_rocking_at_right_corner(side)
     (m, n), (i, j) = (
-        (LOWER_SIZE.prod(), UPPER_SIZE.prod()),
-        (size.prod() * size @ size / 12 for size in (LOWER_SIZE, UPPER_SIZE)),
+        (LOWER_BLOCK_WIDTH_AND_HEIGHT.prod(), UPPER_BLOCK_WIDTH_AND_HEIGHT.prod()),
+        (size.prod() * size @ size / 12 for size in (LOWER_BLOCK_WIDTH_AND_HEIGHT, UPPER_BLOCK_WIDTH_AND_HEIGHT)),
     )
 
     def sliding_plate_state_derivative(time: float, state: FloatArray) -> FloatArray:
@@ -103,7 +103,10 @@ def test_a_stack_released_on_its_corners_rocks_like_two_rigid_bodies(
     )
     assert np.ptp(wanted, axis=0).min() > 0.05
     how = plan_single_case(
-        scene_of_elements(block_element("lower", *LOWER_SIZE), block_element("upper", *UPPER_SIZE, "lower")),
+        scene_of_elements(
+            block_element("lower", *LOWER_BLOCK_WIDTH_AND_HEIGHT),
+            block_element("upper", *UPPER_BLOCK_WIDTH_AND_HEIGHT, "lower"),
+        ),
         motion,
         3.0,
     )

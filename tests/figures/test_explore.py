@@ -165,7 +165,7 @@ def test_explorer_rotations_without_a_critical_angle_are_in_degrees() -> None:
     [("rotation", "peak_tilt", 0.1), ("azimuth", "fall_azimuth", 1.0), ("rotation", "peak_rotation", 0.01)],
     ids=["tenth of a degree", "degree", "percent of the toppling angle"],
 )
-def test_explorer_page_shows_the_rounded_number_of_the_cube(name: str, variable: str, unit: float) -> None:
+def test_storage_in_explorer_page_does_not_change_rounding(name: str, variable: str, unit: float) -> None:
     """A value just below the middle between two printed numbers is not rounded up by its storage in the page."""
     whole = random_planar_cube(records=1) if variable == "peak_rotation" else random_3d_cube().isel(record=[0])
     spread = unit * np.linspace(0.0, 40.0, whole[variable].size)

@@ -170,7 +170,7 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
         | st.tuples(st.text(max_size=5), st.sampled_from(EVIL_WORDS)).map("".join)
     )
 
-    def report_page_with_names(names: list[str]) -> str:
+    def render_findings_with_names_as_html(names: list[str]) -> str:
         one, two, three = names
         record = RECORD_FINDING | {"id": one, "station": two, "event": three}
         data = findings_with_changed_entries(
@@ -180,10 +180,10 @@ def test_hostile_names_cannot_add_scripts_to_the_report(isolated_folder: Path) -
         text = render_template_as_markdown(Findings.model_validate(data))
         return render_report_html_page(parse_markdown_and_number_figures_and_tables(text), three, "en", None, {})
 
-    usual = tags_and_attributes_that_run_or_load_code(report_page_with_names(["a", "b", "c"]))
+    usual = tags_and_attributes_that_run_or_load_code(render_findings_with_names_as_html(["a", "b", "c"]))
 
     def assert_page_has_no_added_script(names: list[str]) -> None:
-        assert tags_and_attributes_that_run_or_load_code(report_page_with_names(names)) == usual
+        assert tags_and_attributes_that_run_or_load_code(render_findings_with_names_as_html(names)) == usual
 
     run_on_random_examples_for_share_of_fuzzing_time(
         st.lists(name, min_size=3, max_size=3), assert_page_has_no_added_script

@@ -28,7 +28,7 @@ def mass_properties_of_solid_from_its_boxes(name: str) -> tuple[float, np.ndarra
     return volume, centre, np.trace(spread) * np.eye(3) - spread
 
 
-def extrude_outline(outline: list[tuple[float, float]], low: float, high: float) -> TriangleSurface:
+def extrude_xz_outline_along_y(outline: list[tuple[float, float]], low: float, high: float) -> TriangleSurface:
     """Extrude an outline in (x, z), anticlockwise and star-shaped about its first corner, along y from low to high."""
     n = len(outline)
     points = np.array([[x, y, z] for y in (low, high) for x, z in outline])
@@ -39,7 +39,7 @@ def extrude_outline(outline: list[tuple[float, float]], low: float, high: float)
 
 def l_shaped_prism() -> TriangleSurface:
     """Return a prism of L-shaped section."""
-    return extrude_outline([(0.2, 0.2), (0.2, 0.8), (0, 0.8), (0, 0), (0.6, 0), (0.6, 0.2)], 0.0, 0.3)
+    return extrude_xz_outline_along_y([(0.2, 0.2), (0.2, 0.8), (0, 0.8), (0, 0), (0.6, 0), (0.6, 0.2)], 0.0, 0.3)
 
 
 def rectangular_ring() -> TriangleSurface:
@@ -61,7 +61,7 @@ def rectangular_ring() -> TriangleSurface:
 def box(side: tuple[float, float, float]) -> TriangleSurface:
     """Return a box with a corner at the origin and the given sides along x, y and z."""
     x, y, z = side
-    return extrude_outline([(x, 0), (x, z), (0, z), (0, 0)], 0.0, y)
+    return extrude_xz_outline_along_y([(x, 0), (x, z), (0, z), (0, 0)], 0.0, y)
 
 
 def column_with_overhanging_slab() -> TriangleSurface:

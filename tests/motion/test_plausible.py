@@ -26,7 +26,9 @@ G = 9.80665
     ],
 )
 def test_the_error_for_an_implausible_peak_names_bound_and_likely_unit(peak, unit, words):
-    found = implausible_amplitude_reason([peak * WAVE / np.abs(WAVE).max(), 0 * WAVE], 0.01, declared_unit=unit)
+    found = implausible_amplitude_reason(
+        [peak * WAVE / np.abs(WAVE).max(), 0 * WAVE], 0.01, declared_unit_if_file_states_none=unit
+    )
     assert bool(found) == bool(words)
     for word in words:
         assert word in found

@@ -69,7 +69,7 @@ def replace_file(path: Path, content: bytes) -> None:
     path.write_bytes(content)
 
 
-def describe_wrong_reading_of_mutated_files(paths: list[Path], good: Record, newlines: int = 1) -> str:
+def describe_fault_in_reading_mutated_files(paths: list[Path], good: Record, newlines: int = 1) -> str:
     """Read mutated files and describe what is wrong with the result or the error; empty if nothing is.
 
     They are refused by name, or read to the numbers of the whole file, or it is said what was left out.
@@ -105,7 +105,7 @@ def test_a_mutated_text_file_is_refused_by_name_or_read_correctly(tmp_path, form
         content = change(whole)
         if content not in read:
             replace_file(paths[0], content)
-            read[content] = describe_wrong_reading_of_mutated_files(paths, good)
+            read[content] = describe_fault_in_reading_mutated_files(paths, good)
         objections[name] = read[content]
     assert {name: what for name, what in objections.items() if what} == {}
 
@@ -191,7 +191,7 @@ def test_a_mutated_binary_file_is_refused_by_name_or_read_correctly(tmp_path, fo
     objections = {}
     for name, change in BINARY_FILE_MUTATIONS.items():
         replace_file(path, change(whole))
-        objections[name] = describe_wrong_reading_of_mutated_files([path, other], good, newlines=2)  # ObsPy's own words
+        objections[name] = describe_fault_in_reading_mutated_files([path, other], good, newlines=2)  # ObsPy's own words
     assert {name: what for name, what in objections.items() if what} == {}
 
 

@@ -13,7 +13,7 @@ from overturning.translation.texts import installed_fonts_of_language
 from tests.report.test_rendering import SCRIPT_AS_NAME, elements_of_well_formed_page
 from tests.report.tiny_studies import pulse_record, simulate_study_into_result_folder
 
-PAGE_NAME, REPORT_PDF_FILE_NAME = "report.html", "report.pdf"
+REPORT_PAGE_FILE_NAME, REPORT_PDF_FILE_NAME = "report.html", "report.pdf"
 SharedFolderMaker = Callable[[str, Callable[[Path], object]], Path]
 
 
@@ -41,9 +41,11 @@ def report_page_and_pdf(results_with_hostile_names: Path, make_folder_once: Shar
     """Return page and PDF of a report in which names of records contain HTML and scripts; the page is well formed."""
     folder = make_folder_once(
         "rendered",
-        lambda folder: write_report(results_with_hostile_names, folder / PAGE_NAME, folder / REPORT_PDF_FILE_NAME),
+        lambda folder: write_report(
+            results_with_hostile_names, folder / REPORT_PAGE_FILE_NAME, folder / REPORT_PDF_FILE_NAME
+        ),
     )
-    page = (folder / PAGE_NAME).read_text(encoding="utf-8")
+    page = (folder / REPORT_PAGE_FILE_NAME).read_text(encoding="utf-8")
     elements_of_well_formed_page(page)
     return page, (folder / REPORT_PDF_FILE_NAME).read_bytes()
 
@@ -65,8 +67,8 @@ def japanese_report_page_and_pdf(
 
     def write_japanese_report(folder: Path) -> None:
         pdf = folder / REPORT_PDF_FILE_NAME if installed_fonts_of_language("ja") else None
-        write_report(results_with_hostile_names, folder / PAGE_NAME, pdf, study_in_japanese)
+        write_report(results_with_hostile_names, folder / REPORT_PAGE_FILE_NAME, pdf, study_in_japanese)
 
     folder = make_folder_once("japanese", write_japanese_report)
     pdf = folder / REPORT_PDF_FILE_NAME
-    return (folder / PAGE_NAME).read_text(encoding="utf-8"), pdf.read_bytes() if pdf.is_file() else b""
+    return (folder / REPORT_PAGE_FILE_NAME).read_text(encoding="utf-8"), pdf.read_bytes() if pdf.is_file() else b""

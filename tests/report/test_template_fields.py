@@ -54,21 +54,21 @@ class FieldChecker:
         """Check a template whose variables have these types; None stands for a type that is not known."""
         assert self.templates.loader is not None
         source = self.templates.loader.get_source(self.templates, name)[0]
-        self.check_all(self.templates.parse(source).body, types, name)
+        self.check_template_nodes(self.templates.parse(source).body, types, name)
 
-    def check_all(self, parts: list[Any], types: dict[str, Any], name: str) -> None:
+    def check_template_nodes(self, parts: list[Any], types: dict[str, Any], name: str) -> None:
         for part in parts:
             if isinstance(part, nodes.For):
                 inner = types | {"loop": None} | self.types_of_targets(part, types, name)
-                self.check_all([*([part.test] if part.test else []), *part.body], inner, name)
-                self.check_all(part.else_, types, name)
+                self.check_template_nodes([*([part.test] if part.test else []), *part.body], inner, name)
+                self.check_template_nodes(part.else_, types, name)
             elif isinstance(part, nodes.Include):
                 assert isinstance(part.template, nodes.Const)
                 self.check(part.template.value, types)
             elif isinstance(part, nodes.Expr):
                 self.type_of(part, types, name)
             else:
-                self.check_all(list(part.iter_child_nodes()), types, name)
+                self.check_template_nodes(list(part.iter_child_nodes()), types, name)
 
     def types_of_targets(self, loop: nodes.For, types: dict[str, Any], name: str) -> dict[str, Any]:
         """Return the types of the variables of a loop."""

@@ -118,7 +118,7 @@ def test_grouped_watson_p_value_matches_enumeration_of_all_tables() -> None:
     assert result.p_value == pytest.approx(exact, abs=0.01)
 
 
-def test_grouped_watson_statistic_depends_on_the_order_of_sectors() -> None:
+def test_grouped_watson_statistic_is_larger_for_adjacent_sectors() -> None:
     even = np.full(8, 1 / 8)
     counts = ([6, 6, 0, 0, 0, 0, 0, 0], [0, 0, 6, 6, 0, 0, 0, 0], [6, 0, 0, 0, 6, 0, 0, 0])
     together, rotated, apart = (watson_u2_test_of_sectors(one, even) for one in counts)

@@ -95,7 +95,7 @@ def test_each_plane_counts_once_in_shares_and_in_the_choice_of_blocks(
         ([30, 120], [-1, 1], {30: 0, 120: 1, 210: 1, 300: 0}),
     ],
 )
-def test_each_fall_is_counted_once_at_its_azimuth(azimuth, flags, expected) -> None:
+def test_falls_of_opposite_azimuths_are_counted_once(azimuth, flags, expected) -> None:
     assert (
         fall_counts_towards_azimuths(dataset_of_fall_flags_by_azimuth(azimuth, flags)).to_series().to_dict() == expected
     )

@@ -208,7 +208,7 @@ def test_alignment_is_the_mean_cosine_of_angles_from_falls_to_reference() -> Non
                 )
 
 
-def test_falls_along_a_reference_direction_have_alignment_1_with_it() -> None:
+def test_falls_against_a_reference_have_axial_alignment_1() -> None:
     cube = random_3d_cube()
     pgv = np.array([0.0, 30.0, 100.0, 220.0, 300.0])
     azimuth = np.broadcast_to(pgv.reshape(-1, 1, 1, 1, 1, 1) + 180.0, cube["overturned"].shape) % 360.0

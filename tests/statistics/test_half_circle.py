@@ -109,7 +109,7 @@ STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE = {
 
 
 @cache
-def statistic_of_full_circle(name: str) -> Any:
+def compute_statistic_of_full_circle_cube(name: str) -> Any:
     """Compute the named statistic of the cube of all azimuths, with which the statistic of each half is compared."""
     return (STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE | STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE)[name](
         copy_of_full_circle_cube()
@@ -126,7 +126,7 @@ def test_half_of_the_azimuths_gives_the_statistics_of_the_full_circle(name: str,
     found = (STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE | STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE)[name](
         copy_of_full_circle_cube().isel(azimuth=half)
     )
-    expected = statistic_of_full_circle(name)
+    expected = compute_statistic_of_full_circle_cube(name)
     if not isinstance(expected, (xr.Dataset, xr.DataArray)):
         assert (
             found == expected

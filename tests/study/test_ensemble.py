@@ -457,7 +457,7 @@ def test_ensemble_probabilities_are_missing_where_no_members_were_run(
     assert np.array_equal(found["members"] > 0, chosen)
 
 
-def test_ensemble_probabilities_do_not_depend_on_the_size_of_pieces(
+def test_memory_limit_does_not_change_ensemble_results(
     motion_of_two_cycles_with_vertical: Motion,
     outcomes_without_ensemble: dict[str, np.ndarray],
     monkeypatch: pytest.MonkeyPatch,

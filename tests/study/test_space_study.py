@@ -75,7 +75,7 @@ def cube_file(study_settings: Study, tmp_path_factory: pytest.TempPathFactory) -
 
 
 @pytest.fixture(scope="module")
-def stored_motion(cube_file: Path) -> Motion:
+def read_motion_stored_beside_cube(cube_file: Path) -> Motion:
     """Motion of the record as the study stored it."""
     return Motion.of(read_record_from_motion_file(cube_file.parent / "motion" / "a.nc"))
 
@@ -116,9 +116,17 @@ def test_flags_in_a_3d_cube_have_their_documented_values(loaded_cube: xr.Dataset
     assert {0, 1} <= set(loaded_cube["plane_overturned"].to_numpy().ravel().tolist()), "both are looked at"
 
 
-def test_cells_of_a_3d_cube_equal_those_of_simulate_as_arrays(loaded_cube: xr.Dataset, stored_motion: Motion) -> None:
+def test_cells_of_a_3d_cube_equal_those_of_simulate_as_arrays(
+    loaded_cube: xr.Dataset, read_motion_stored_beside_cube: Motion
+) -> None:
     alone = simulate_as_arrays(
-        stored_motion, "rectangle", orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
+        read_motion_stored_beside_cube,
+        "rectangle",
+        orientation_deg=[45.0],
+        height=[0.6],
+        b_over_h=[0.25],
+        aspect=[2.0],
+        friction=[0.7],
     )
     for name in ("overturned", "fall_azimuth", "fall_face", "peak_tilt", "residual_twist", "energy_error"):
         cell = loaded_cube[name].isel(record=0).sel(orientation=45, b_over_h=0.25, aspect=2, height=0.6, friction=0.7)
@@ -137,13 +145,13 @@ def test_a_square_prism_has_equal_outcomes_after_a_quarter_turn(loaded_cube: xr.
 
 
 def test_planar_outcomes_in_a_3d_cube_equal_those_of_the_2d_kernel(
-    loaded_cube: xr.Dataset, stored_motion: Motion
+    loaded_cube: xr.Dataset, read_motion_stored_beside_cube: Motion
 ) -> None:
     along = simulate_as_arrays(
-        stored_motion, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7]
+        read_motion_stored_beside_cube, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7]
     )
     across = simulate_as_arrays(
-        stored_motion, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7]
+        read_motion_stored_beside_cube, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7]
     )
     sides = [found["overturned"].ravel().astype(int) for found in (along, across)]
     times = [np.nan_to_num(found["overturning_time"].ravel(), nan=np.inf) for found in (along, across)]
@@ -158,14 +166,14 @@ def test_planar_outcomes_in_a_3d_cube_equal_those_of_the_2d_kernel(
 
 
 def test_3d_ensemble_statistics_equal_those_of_members_run_one_by_one(
-    loaded_cube: xr.Dataset, study_settings: Study, stored_motion: Motion
+    loaded_cube: xr.Dataset, study_settings: Study, read_motion_stored_beside_cube: Motion
 ) -> None:
     members = draw_parameter_changes_of_members(study_settings.ensemble)
     angles, falls = [], []
     for i in range(members.member_count):
         scaled = Motion(
-            stored_motion.north * members.amplitude_factor[i],
-            stored_motion.east * members.amplitude_factor[i],
+            read_motion_stored_beside_cube.north * members.amplitude_factor[i],
+            read_motion_stored_beside_cube.east * members.amplitude_factor[i],
             sampling_interval=0.01,
         )
         one = simulate_as_arrays(

@@ -56,7 +56,7 @@ def cube_file(study_settings: Study, tmp_path_factory: pytest.TempPathFactory) -
 
 
 @pytest.fixture(scope="module")
-def stored_motion(cube_file: Path) -> Motion:
+def read_motion_stored_beside_cube(cube_file: Path) -> Motion:
     """Motion of the record as the study stored it."""
     return Motion.of(read_record_from_motion_file(cube_file.parent / "motion" / "a.nc"))
 
@@ -109,11 +109,15 @@ def test_the_cube_of_a_stack_has_orientations_and_an_outcome_of_each_stone(
 
 
 def test_cells_of_a_stack_cube_equal_those_of_simulate_as_arrays(
-    loaded_cube: xr.Dataset, stored_motion: Motion, study_settings: Study
+    loaded_cube: xr.Dataset, read_motion_stored_beside_cube: Motion, study_settings: Study
 ) -> None:
     sizes = {"height": study_settings.height, "b_over_h": study_settings.b_over_h}  # rounded in the study
     alone = simulate_as_arrays(
-        stored_motion.scaled_by(1.5), study_settings.scene, orientation_deg=[30.0], friction=[0.7], **sizes
+        read_motion_stored_beside_cube.scaled_by(1.5),
+        study_settings.scene,
+        orientation_deg=[30.0],
+        friction=[0.7],
+        **sizes,
     )
     for name in ("overturned", "fall_azimuth", "peak_tilt", "residual_twist", "residual_slip_north", "slid_off"):
         cell = loaded_cube[name].isel(record=0).sel(amplitude=1.5, orientation=30, friction=0.7).to_numpy().ravel()

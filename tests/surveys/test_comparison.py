@@ -435,7 +435,7 @@ def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(
         ({"face_azimuth_deg": 60.0, "b_over_h_side": 0.2}, (0, 0)),
     ],
 )
-def test_missing_face_and_slenderness_are_counted_only_where_missing(
+def test_falls_without_face_azimuth_or_b_over_h_are_counted(
     cube_of_falls_around_azimuth_60, given: dict[str, float], without: tuple[int, int]
 ) -> None:
     stone = fallen_stone(60, **given)
@@ -678,7 +678,7 @@ def test_a_16_point_direction_between_two_octants_counts_half_in_each() -> None:
 
 
 @pytest.mark.parametrize("declination", [6.5, 6.6])
-def test_fractions_of_stones_in_two_octants_add_up_to_whole_stones(
+def test_stones_split_between_octants_count_as_whole_stones(
     cube_of_falls_around_azimuth_60, declination: float
 ) -> None:
     """With a declination of 6.5° the fractions of a stone in two octants add up to slightly less than 1 by rounding.

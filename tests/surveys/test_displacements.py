@@ -86,7 +86,7 @@ def test_shares_and_medians_of_a_survey_match_hand_counts(tmp_path: Path) -> Non
     assert np.isnan(measures["twist_deg"].observed_low), "three stones have no interval of the median"
 
 
-def test_a_stone_is_compared_with_cases_of_its_own_face_size_and_shape(tmp_path: Path) -> None:
+def test_a_stone_is_compared_with_its_face_azimuth_and_size(tmp_path: Path) -> None:
     """The computed twist identifies the case: 100 × orientation + 10 × height + B/H index + 5, degrees."""
     names = 100.0 * np.arange(6)[:, None, None, None] + 10.0 * np.arange(2)[:, None, None] + np.arange(3)[:, None]
     cube = cube_of_unmoved_stones_except_given_values(residual_twist=names + 5.0)

@@ -160,7 +160,7 @@ def fallen_stone_of_compass_point(number: int, **more) -> Stone:
     return Stone(True, 22.5 * number, False, has_16_point_direction=True, **more)
 
 
-def test_mirrored_survey_of_compass_points_has_the_same_likelihood_ratio(make_cube_from_fall_rules) -> None:
+def test_mirrored_survey_and_prediction_keep_likelihood_ratio(make_cube_from_fall_rules) -> None:
     """Mirroring both a survey of compass points and the prediction does not change the likelihood ratio.
 
     On a grid of 15°, every second of the 16 compass points is an azimuth of the grid, and the others lie half-way

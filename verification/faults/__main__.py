@@ -30,11 +30,11 @@ def cause_fault_and_describe_failure(
     random_generator: random.Random,
     undisturbed_run_time_s: float,
     expected_cube_bytes: bytes,
-    skips_further_run: bool,
+    skips_check_that_rerun_does_nothing: bool,
 ) -> str:
     """Cause a fault, run the usual command, and return a description of what went wrong; empty if the cube is right.
 
-    Unless `skips_further_run`, a further run must find nothing to do.
+    Unless `skips_check_that_rerun_does_nothing`, a further run must find nothing to do.
     """
     with unmount_results_folder_at_exit(workflow_copy):
         try:
@@ -48,7 +48,7 @@ def cause_fault_and_describe_failure(
             return f"{damaged}: damage was not noticed: {done.stderr}"
         if workflow_copy.cube_path.read_bytes() != expected_cube_bytes:
             return "another cube"
-        if not skips_further_run and "Nothing to be done" not in (more := workflow_copy.run()).stdout:
+        if not skips_check_that_rerun_does_nothing and "Nothing to be done" not in (more := workflow_copy.run()).stdout:
             return f"a further run does something: {more.stdout}{more.stderr}"
     return ""
 

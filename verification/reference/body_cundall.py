@@ -171,16 +171,16 @@ def apply_contact_law(
     contact_point: ContactPoint,
     point_state_before_step: BodyContactPointState,
     dashpot_per_mass_over_step: float,
-    waits_lands_flat_landing_time_tilting_share: tuple[bool, bool, float, float],
+    carries_later_lands_flat_duration_tilting_share: tuple[bool, bool, float, float],
 ) -> tuple[ContactWrenchPerMass, BodyContactPointState]:
     """Apply the contact law at a contact point; return its force and moment, and its new history.
 
     `dashpot_per_mass_over_step` is the dashpot constant over mass and time step, 1/s², so that it multiplies
-    displacements. `waits_lands_flat_landing_time_tilting_share` are True if the point carries only later, True if the
-    body lands flat, its landing time, s, if it touches now, and the tilting share of the base
+    displacements. `carries_later_lands_flat_duration_tilting_share` are True if the point carries only later, True if
+    the body lands flat, its landing time, s, if it touches now, and the tilting share of the base
     (`BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`).
     """
-    waiting, flat, begun, base_tilting = waits_lands_flat_landing_time_tilting_share
+    waiting, flat, begun, base_tilting = carries_later_lands_flat_duration_tilting_share
     depth = 0.0 if waiting & (contact_point.penetration > 0.0) else contact_point.penetration
     inside, was = depth > 0.0, point_state_before_step.penetration > 0.0
     # Spring and dashpot while the point is in, never tension but in a flat landing.
@@ -448,7 +448,7 @@ def add_vertex_contact_forces(
 def add_contact_forces_at_opposite_rim_points(
     state: Any,
     contact_total_rows: Any,
-    first_point_rows: Any,
+    first_rim_point_history_rows: Any,
     opposite_point_rows: Any,
     lane_count: int,
     lean_component: float,
@@ -460,7 +460,7 @@ def add_contact_forces_at_opposite_rim_points(
         dt = body.tick_length_s * TICKS_PER_STEP
         rate, left, right = (
             body.point_dashpot_constant_per_mass / dt,
-            load_memory(first_point_rows, j),
+            load_memory(first_rim_point_history_rows, j),
             load_memory(opposite_point_rows, j),
         )
         base_contact = load_base_contact(state, j)
@@ -477,7 +477,7 @@ def add_contact_forces_at_opposite_rim_points(
         waits = between & (left.penetration <= 0.0), between & (right.penetration <= 0.0)
         a, left = apply_contact_law(body, s, at, left, rate, (waits[0], flat, begun, tilting))
         b, right = apply_contact_law(body, s, on, right, rate, (waits[1], flat, begun, tilting))
-        store_memory(first_point_rows, j, left)
+        store_memory(first_rim_point_history_rows, j, left)
         store_memory(opposite_point_rows, j, right)
         store_contact_totals(
             contact_total_rows,

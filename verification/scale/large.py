@@ -37,17 +37,22 @@ def run_overturning_command_and_measure_resources(*command: object) -> ResourceU
 
 
 def run_program_and_measure_resource_use(
-    args: list[str], measured_line_prefix: bytes = b"", **popen_arguments: Any
+    args: list[str], prefix_of_lines_to_find_longest: bytes = b"", **popen_arguments: Any
 ) -> ResourceUse:
-    """Run a program; return its resource use and the longest output line that begins with `measured_line_prefix`.
+    """Run a program; return its resource use and the longest output line with a given prefix.
 
-    `args` and `popen_arguments` have the names of `subprocess.Popen`. Raises a RuntimeError if the program fails.
+    The prefix is `prefix_of_lines_to_find_longest`. `args` and `popen_arguments` have the names of `subprocess.Popen`.
+    Raises a RuntimeError if the program fails.
     """
     begin = time.perf_counter()
     process = subprocess.Popen(args, stdout=subprocess.PIPE, **popen_arguments)
     assert process.stdout
     longest = max(
-        (len(line) for line in process.stdout if measured_line_prefix and line.startswith(measured_line_prefix)),
+        (
+            len(line)
+            for line in process.stdout
+            if prefix_of_lines_to_find_longest and line.startswith(prefix_of_lines_to_find_longest)
+        ),
         default=0,
     )
     _, status, usage = os.wait4(process.pid, 0)

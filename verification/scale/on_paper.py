@@ -42,7 +42,7 @@ def measure_planning_of_study(record_count: int) -> ResourceUse:
             "--set-scatter", f"sweep={EXTRAPOLATED_CHUNK_COUNT_PER_RECORD}", result_file_name=""
         )
         return run_program_and_measure_resource_use(
-            **how, measured_line_prefix=b"Shell command: ", stderr=subprocess.DEVNULL
+            **how, prefix_of_lines_to_find_longest=b"Shell command: ", stderr=subprocess.DEVNULL
         )
 
 

@@ -174,11 +174,11 @@ def simulate_random_stones_or_read_outcomes(
     return StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
-def _print_progress(stone_kind_name: str, finished_count: int, total_count: int, elapsed_time_s: float) -> None:
+def _print_progress(stone_kind_name: str, finished_test_count: int, total_count: int, elapsed_time_s: float) -> None:
     """Print the number of simulated tests: updated in place on a terminal, otherwise a line for each tenth."""
-    remaining_time_s = elapsed_time_s / finished_count * (total_count - finished_count)
-    line = f"{stone_kind_name}: {finished_count} of {total_count} tests, {remaining_time_s:.0f} s to go"
+    remaining_time_s = elapsed_time_s / finished_test_count * (total_count - finished_test_count)
+    line = f"{stone_kind_name}: {finished_test_count} of {total_count} tests, {remaining_time_s:.0f} s to go"
     if sys.stderr.isatty():
-        print(f"\r{line:<60}", end="\n" if finished_count == total_count else "", file=sys.stderr, flush=True)
-    elif finished_count * 10 // total_count > (finished_count - 1) * 10 // total_count:
+        print(f"\r{line:<60}", end="\n" if finished_test_count == total_count else "", file=sys.stderr, flush=True)
+    elif finished_test_count * 10 // total_count > (finished_test_count - 1) * 10 // total_count:
         print(line, file=sys.stderr, flush=True)

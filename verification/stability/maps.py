@@ -117,13 +117,13 @@ def contact_law_of_block_case(case: BlockCaseOfStabilityMap) -> Contact:
 
 
 def simulate_and_check_block_case(
-    case: BlockCaseOfStabilityMap, case_index_on_map: int, max_block_steps: int = MAX_BLOCK_STEPS_PER_MAP_CASE
+    case: BlockCaseOfStabilityMap, case_index_and_noise_seed: int, max_block_steps: int = MAX_BLOCK_STEPS_PER_MAP_CASE
 ) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
-    `case_index_on_map` is the index of the case on the map; it is the seed of the noise.
+    `case_index_and_noise_seed` is the index of the case on the map; it is the seed of the noise.
     """
-    motion, contact = motion_of_case(case, case_index_on_map), contact_law_of_block_case(case)
+    motion, contact = motion_of_case(case, case_index_and_noise_seed), contact_law_of_block_case(case)
     row: dict[str, Any] = case.parameters_as_map_columns() | {
         "ending": StabilityCheckVerdict.ARGUMENT_REFUSED,
         "reason": "",

@@ -324,14 +324,14 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
 
 
 def counts_of_all_and_wrong_cases_engines_simulate(
-    case_set_name: str, groups: Sequence[CaseGroup], flags: Flags, reference_flags: Flags
+    case_set_key: str, groups: Sequence[CaseGroup], flags: Flags, reference_flags: Flags
 ) -> ErrorTableRow:
     """Return the number of cases that physics engines also simulate, and how many of those are wrong, as columns.
 
     A case is wrong if its flag or side is wrong.
     """
     some, known = (
-        values_of_every_nth_case(groups, values, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[case_set_name])
+        values_of_every_nth_case(groups, values, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[case_set_key])
         for values in (flags, reference_flags)
     )
     return {"shared": some.size, "disagree": int((some != known).sum())}

@@ -33,7 +33,7 @@ def _create_percent_progress_printer() -> Callable[[int, int], None]:
     """Return a function that prints progress in per cent on standard error, at most once a second, for the log."""
     last, said = time.monotonic(), 0
 
-    def print_progress(finished_work_unit_count: int, total_work_unit_count: int) -> None:
+    def print_progress(finished_work_unit_count: int, total_case_or_step_count: int) -> None:
         """Print the share of finished work in per cent, if it has risen and the last output is over 1 s ago.
 
         A unit of work is whatever the simulation counts, such as a case or a time step of a block.
@@ -41,7 +41,7 @@ def _create_percent_progress_printer() -> Callable[[int, int], None]:
         nonlocal last, said
         now, share = (
             time.monotonic(),
-            100 * finished_work_unit_count // total_work_unit_count if total_work_unit_count else 100,
+            100 * finished_work_unit_count // total_case_or_step_count if total_case_or_step_count else 100,
         )
         if share > said and now - last >= 1.0:
             last, said = now, share

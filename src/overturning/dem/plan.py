@@ -212,12 +212,12 @@ class SimulationPlan(ABC):
         return trajectory_rows
 
     def insert_skipped_sample_rows(
-        self, trajectory_rows: NDArray[Any], row_at_rest_by_sample: NDArray[Any]
+        self, trajectory_rows: NDArray[Any], base_motion_row_by_sample: NDArray[Any]
     ) -> NDArray[Any]:
         """Return trajectory rows with rows inserted for the samples that were skipped because the model was at rest.
 
         In a skipped sample, the body has the pose of the row that follows, and the base its own motion, taken from
-        `row_at_rest_by_sample`, which has a row for each sample of the record.
+        `base_motion_row_by_sample`, which has a row for each sample of the record.
         """
         interval, time = self.motion.sampling_interval, trajectory_rows[self.index_or_field_name_of_trajectory_time]
         missing = np.maximum(np.rint(np.diff(time, prepend=time[:1]) / interval).astype(np.int64) - 1, 0)
@@ -229,8 +229,8 @@ class SimulationPlan(ABC):
         for column in self.base_acceleration_columns:
             ground = np.interp(
                 filled[self.index_or_field_name_of_trajectory_time],
-                row_at_rest_by_sample[self.index_or_field_name_of_trajectory_time],
-                row_at_rest_by_sample[column],
+                base_motion_row_by_sample[self.index_or_field_name_of_trajectory_time],
+                base_motion_row_by_sample[column],
             )
             filled[column] = np.where(new, ground, filled[column])
         return filled

@@ -104,7 +104,7 @@ def simulate_as_arrays(
         everything was at rest; both are 0 for a cell copied from an equivalent one. The last dimension, the free
         elements in the scene's order, exists only if the scene has several and the variable is per element.
     """
-    model = model_from_scene_or_shape(model, in_3d=parameters.get("orientation_deg") is not None)
+    model = model_from_scene_or_shape(model, scene_becomes_3d_stack=parameters.get("orientation_deg") is not None)
     numerics = {item.name: parameters.pop(item.name) for item in fields(NumericalOptions) if item.name in parameters}
     return simulate_grid(model, as_motion(motion), create_case_grid(model, **parameters), NumericalOptions(**numerics))
 
@@ -175,7 +175,7 @@ def simulate(
     >>> space.overturned.values.ravel().tolist()
     [1.0, 1.0]
     """
-    model = model_from_scene_or_shape(model, in_3d=orientation_deg is not None)
+    model = model_from_scene_or_shape(model, scene_becomes_3d_stack=orientation_deg is not None)
     motion = as_motion(motion)
     grid = create_case_grid(
         model,

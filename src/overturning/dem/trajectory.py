@@ -84,7 +84,7 @@ def trajectory(
         As in `overturning.simulate`; also if there is more than one case, or the path is longer than
         `overturning.dem.plan.MAX_TRAJECTORY_DATASET_VALUES`.
     """
-    model = model_from_scene_or_shape(model, in_3d=orientation_deg is not None)
+    model = model_from_scene_or_shape(model, scene_becomes_3d_stack=orientation_deg is not None)
     more = {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
     grid = create_case_grid(
         model, height, b_over_h, friction=friction, aspect=more["aspect"], azimuth_deg=azimuth_deg,

@@ -158,7 +158,7 @@ def fall_alignment_with_references_figure(
         axes.set_xticks([-1, 0, 1], ["−1\nacross it", "0\nneither", "1\nalong it"], fontsize=VALUE_FONT_SIZE_PT)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
-    add_title_and_legend(figure, "", None, 2, first_legend_handles=marks)
+    add_title_and_legend(figure, "", None, 2, legend_handles_before_panel_marks=marks)
     return figure
 
 

@@ -54,9 +54,11 @@ def encode_outcomes_of_record(
     model = default_model_for_results_cube(record_cube)
     order = (model.direction_dimension_name, "height", "b_over_h", "aspect", "friction", "element")
 
-    def transpose_to_page_order(record_variable: "xr.DataArray") -> FloatArray:
+    def transpose_to_page_order(one_record_cube_variable: "xr.DataArray") -> FloatArray:
         """Return the values of a variable in the order of dimensions that the page expects."""
-        return np.asarray(record_variable.variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
+        return np.asarray(
+            one_record_cube_variable.variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64
+        )
 
     flag = transpose_to_page_order(record_cube["overturned"])
     ensemble = ensemble_fall_or_fall_towards_probability(record_cube)

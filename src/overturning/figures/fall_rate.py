@@ -62,7 +62,7 @@ def overturned_fraction_by_intensity_figure(
         add_title_and_legend(
             figure,
             "",
-            first_legend_handles=[
+            legend_handles_before_panel_marks=[
                 legend_patch(_FALL_SHARE_RANGE_OF_JMA_DEGREE_STYLE, "share from which surveys infer the degree")
             ],
         )

@@ -72,7 +72,11 @@ def fall_azimuths_by_orientation_and_b_over_h_figure(cube: xr.Dataset, title: st
     if bool(cube["overturned"].isnull().any()):
         marks.append(style.legend_patch(style.MISSING_COLOUR, "no outcome"))
     style.add_title_and_legend(
-        figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first_legend_handles=marks
+        figure,
+        f"{title}\ncolour and arrow: azimuth of the fall, north up",
+        around,
+        3,
+        legend_handles_before_panel_marks=marks,
     )
     return figure
 

@@ -90,7 +90,7 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
         marks.append(Line2D([], [], **_mean_direction_marker_style(0.0), label="mean direction, 95 % interval"))
     if any(rose.mean_axis_deg is not None for rose in roses):
         marks.append(Line2D([], [], **_MEAN_AXIS_LINE_STYLE, label="mean axis, 95 % interval"))
-    add_title_and_legend(figure, "", None, 1 if columns == 1 else 2, first_legend_handles=marks)
+    add_title_and_legend(figure, "", None, 1 if columns == 1 else 2, legend_handles_before_panel_marks=marks)
     return figure
 
 

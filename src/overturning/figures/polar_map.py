@@ -157,7 +157,7 @@ def fall_map_by_azimuth_figure(
         f"{title}\n{heading}",
         used[0],
         min(columns, 2),
-        first_legend_handles=_polar_map_legend_entries(panels, spread, rim),
+        legend_handles_before_panel_marks=_polar_map_legend_entries(panels, spread, rim),
     )
     return figure
 

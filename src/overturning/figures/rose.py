@@ -200,7 +200,7 @@ def fall_roses_by_group_figure(
         figure,
         "",
         legend_column_count=1 if width < 5 else 2,
-        first_legend_handles=_rose_legend_entries(list(roses.values()), marked),
+        legend_handles_before_panel_marks=_rose_legend_entries(list(roses.values()), marked),
     )
     return figure
 

@@ -182,7 +182,7 @@ def draw_station_and_fall_axis_maps_of_earthquakes(earthquakes: Sequence[Earthqu
     for axes, site, title in zip(panels.flat, earthquakes, titles, strict=False):
         _draw_earthquake_map(axes, site, width_pt)
         axes.set_title("\n".join(title), fontsize=8.5, parse_math=False, pad=3)
-    add_title_and_legend(figure, "", None, legend_columns, first_legend_handles=marks)
+    add_title_and_legend(figure, "", None, legend_columns, legend_handles_before_panel_marks=marks)
     return figure
 
 

@@ -244,15 +244,15 @@ def add_title_and_legend(
     title: str,
     labelled_panel: Any = None,
     legend_column_count: int = 1,
-    first_legend_handles: Sequence[Any] = (),
+    legend_handles_before_panel_marks: Sequence[Any] = (),
     last_legend_handles: Sequence[Any] = (),
 ) -> None:
     """Put a title above a figure and a legend below.
 
-    The legend has `first_legend_handles`, the marks of `labelled_panel`, and `last_legend_handles`.
+    The legend has `legend_handles_before_panel_marks`, the marks of `labelled_panel`, and `last_legend_handles`.
     """
     marks = [
-        *first_legend_handles,
+        *legend_handles_before_panel_marks,
         *(labelled_panel.get_legend_handles_labels()[0] if labelled_panel is not None else ()),
         *last_legend_handles,
     ]

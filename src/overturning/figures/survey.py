@@ -119,7 +119,9 @@ def survey_falls_figure(drawn_surveys: Sequence[SurveyFigureData]) -> Figure:
             Line2D([], [], **_OBSERVED_SHARE_MARKER_STYLE, label="observed share, 95 % interval"),
             Line2D([], [], **_COMPUTED_SHARE_MARKER_STYLE, label="computed share, range over the grid"),
         ]
-    add_title_and_legend(figure, drawn_surveys[0].name if count == 1 else "", None, 2, first_legend_handles=marks)
+    add_title_and_legend(
+        figure, drawn_surveys[0].name if count == 1 else "", None, 2, legend_handles_before_panel_marks=marks
+    )
     return figure
 
 

@@ -23,11 +23,11 @@ def default_model_for_results_cube(cube: "xr.Dataset") -> Model:
 
 
 def model_from_scene_or_shape(
-    model_scene_shape_name_or_side_count: Model | Scene | Shape | str | int | None, in_3d: bool = False
+    model_scene_shape_name_or_side_count: Model | Scene | Shape | str | int | None, scene_becomes_3d_stack: bool = False
 ) -> Model:
     """Return the model for a scene, the shape of a 3-D body, or None (a single 2-D block).
 
-    A scene becomes a 2-D model, or a 3-D stack if `in_3d` is true.
+    A scene becomes a 2-D model, or a 3-D stack if `scene_becomes_3d_stack` is true.
 
     Raises
     ------
@@ -40,6 +40,8 @@ def model_from_scene_or_shape(
         return PlanarModel()
     if isinstance(model_scene_shape_name_or_side_count, Scene):
         return (
-            Stack(model_scene_shape_name_or_side_count) if in_3d else PlanarModel(model_scene_shape_name_or_side_count)
+            Stack(model_scene_shape_name_or_side_count)
+            if scene_becomes_3d_stack
+            else PlanarModel(model_scene_shape_name_or_side_count)
         )
     return Body(shape_from_name_or_sides(model_scene_shape_name_or_side_count))

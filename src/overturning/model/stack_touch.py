@@ -183,7 +183,9 @@ def _least_tilt_for_base_to_touch_face_corner(
 
 
 def _mask_of_points_inside_polygon(
-    touch_place_xy_by_point_and_tilt_direction: FloatArray, polygon_vertices: FloatArray, min_distance_inside: float
+    touch_place_xy_by_point_and_tilt_direction: FloatArray,
+    polygon_vertices: FloatArray,
+    min_distance_from_polygon_sides: float,
 ) -> NDArray[np.bool_]:
     """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a distance (m)."""
     inside = np.ones(
@@ -195,7 +197,7 @@ def _mask_of_points_inside_polygon(
     ):
         inside &= dx * (touch_place_xy_by_point_and_tilt_direction[:, 1] - y) - dy * (
             touch_place_xy_by_point_and_tilt_direction[:, 0] - x
-        ) > min_distance_inside * np.sqrt(dx * dx + dy * dy)
+        ) > min_distance_from_polygon_sides * np.sqrt(dx * dx + dy * dy)
     return inside
 
 

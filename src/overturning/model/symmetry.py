@@ -111,7 +111,7 @@ def copy_with_mirrored_planes_marked(
 
 
 def first_equivalent_of_each_direction(
-    grid_direction_deg: ArrayLike, symmetry_periods_deg: ArrayLike
+    grid_direction_deg: ArrayLike, alternative_symmetry_periods_deg: ArrayLike
 ) -> EquivalentSimulatedDirections:
     """Return, for each direction of a grid, the first direction of the grid that is equivalent by symmetry.
 
@@ -119,7 +119,7 @@ def first_equivalent_of_each_direction(
     ----------
     grid_direction_deg : array_like, shape (n,)
         Azimuths or orientations, degrees clockwise from north.
-    symmetry_periods_deg : array_like, shape (p,)
+    alternative_symmetry_periods_deg : array_like, shape (p,)
         Rotation periods (see `nearest_simulated_directions`), for instance one for each aspect of a body.
 
     Returns
@@ -129,7 +129,7 @@ def first_equivalent_of_each_direction(
         the period k.
     """
     direction = np.asarray(grid_direction_deg, np.float64)
-    periods = np.atleast_1d(np.asarray(symmetry_periods_deg, np.float64))
+    periods = np.atleast_1d(np.asarray(alternative_symmetry_periods_deg, np.float64))
     cell = np.empty((direction.size, periods.size), np.intp)
     for column, period in enumerate(periods):
         within = _reduce_to_period(direction, period) if period > 0.0 else np.zeros(direction.size)

@@ -175,7 +175,9 @@ class Motion(Accelerogram):
         for samples in self.components:
             samples.flags.writeable = False
         if not trust_data and (
-            why := implausible_amplitude_reason(self.components, self.sampling_interval, declared_unit="m/s2")
+            why := implausible_amplitude_reason(
+                self.components, self.sampling_interval, declared_unit_if_file_states_none="m/s2"
+            )
         ):
             raise ArgumentError(f"motion: {why}: give m/s², or set trust_data=True")
 

@@ -49,7 +49,7 @@ def implausible_amplitude_reason(
     acceleration_components: Sequence[FloatArray],
     sampling_interval: float,
     *,
-    declared_unit: str = "",
+    declared_unit_if_file_states_none: str = "",
     check_velocity: bool = True,
 ) -> str:
     """Return the reason why a motion's amplitude is implausible, with units that would make it plausible; else "".
@@ -60,7 +60,7 @@ def implausible_amplitude_reason(
         Accelerations, m/s².
     sampling_interval : float
         Time between samples, s.
-    declared_unit : str
+    declared_unit_if_file_states_none : str
         Declared unit of the numbers, a key of `units.ACCELERATION_UNITS_IN_M_S2`; empty if the file states its unit.
     check_velocity : bool
         Check the velocity too; False if an offset has not been removed yet.
@@ -89,7 +89,8 @@ def implausible_amplitude_reason(
         if low <= sampling_interval <= high or velocity <= MAX_PLAUSIBLE_PGV_M_S
         else f"{_sampling_interval_and_usual_range_text(sampling_interval)}: "
     )
-    return f"{unusual}{what} ({bound} is accepted as ground motion); {_likely_units_note(peak, declared_unit)}"
+    note = _likely_units_note(peak, declared_unit_if_file_states_none)
+    return f"{unusual}{what} ({bound} is accepted as ground motion); {note}"
 
 
 def _sampling_interval_and_usual_range_text(sampling_interval: float) -> str:
@@ -270,11 +271,11 @@ def _is_clipped_sample_range(
     return all(side.size > 0 and float(peak - side.min()) > min_drop_beside_run for side in (before, after))
 
 
-def _likely_units_note(peak_acceleration: float, declared_unit: str) -> str:
+def _likely_units_note(peak_acceleration: float, declared_unit_if_file_states_none: str) -> str:
     """Return a note for an error message on units in which the numbers of a motion would give a usual PGA."""
-    if not declared_unit:
+    if not declared_unit_if_file_states_none:
         return "the unit stated in the file is wrong, or the samples contain an offset or a spike"
-    scale = ACCELERATION_UNITS_IN_M_S2[declared_unit]
+    scale = ACCELERATION_UNITS_IN_M_S2[declared_unit_if_file_states_none]
     names = {"gal": "Gal", "g": "g", "m/s2": "m/s²", "mg": "mg", "mm/s2": "mm/s²"}
     likely = [
         f"{shown} ({peak_acceleration / scale * ACCELERATION_UNITS_IN_M_S2[name] / STANDARD_GRAVITY:.2g} g)"
@@ -284,5 +285,5 @@ def _likely_units_note(peak_acceleration: float, declared_unit: str) -> str:
         <= peak_acceleration / scale * ACCELERATION_UNITS_IN_M_S2[name]
         <= _LIKELY_PGA_RANGE_M_S2[1]
     ]
-    name = names.get(declared_unit, declared_unit)
+    name = names.get(declared_unit_if_file_states_none, declared_unit_if_file_states_none)
     return f"numbers declared in {name} look like {' or '.join(likely)}" if likely else f"{name} is not their unit"

@@ -134,11 +134,11 @@ def propagate_through_soil(
     """
     package = import_pystrata()
     acceleration = np.asarray(rock_acceleration, dtype=np.float64)
-    min_tail_sample_count = round(MIN_VIBRATION_TAIL_S / sampling_interval)
+    min_tail_and_left_out_end_sample_count = round(MIN_VIBRATION_TAIL_S / sampling_interval)
     zeros = max(acceleration.size, round(MIN_ZERO_PADDING_S / sampling_interval))
     longest = max(zeros, round(MAX_ZERO_PADDING_S / sampling_interval))
     while True:
-        padded_sample_count = 1 << (acceleration.size + min_tail_sample_count + zeros - 1).bit_length()
+        padded_sample_count = 1 << (acceleration.size + min_tail_and_left_out_end_sample_count + zeros - 1).bit_length()
         found = _propagate_with_zero_padding(
             package,
             acceleration,
@@ -148,10 +148,12 @@ def propagate_through_soil(
             motion_is_on_outcrop,
             padded_sample_count,
         )
-        remaining = _residual_vibration_to_peak_ratio(found.surface_acceleration, min_tail_sample_count)
+        remaining = _residual_vibration_to_peak_ratio(
+            found.surface_acceleration, min_tail_and_left_out_end_sample_count
+        )
         if remaining <= MAX_WRAP_AROUND_TO_PEAK_RATIO:
             count = _sample_count_until_vibration_decays(
-                found.surface_acceleration, acceleration.size, min_tail_sample_count
+                found.surface_acceleration, acceleration.size, min_tail_and_left_out_end_sample_count
             )
             return replace(found, surface_acceleration=found.surface_acceleration[:count])
         if zeros >= longest:
@@ -187,17 +189,17 @@ def _residual_vibration_to_peak_ratio(
 
 
 def _sample_count_until_vibration_decays(
-    surface_acceleration: FloatArray, record_sample_count: int, min_tail_sample_count: int
+    surface_acceleration: FloatArray, record_sample_count: int, min_tail_and_left_out_end_sample_count: int
 ) -> int:
     """Return the number of surface samples to keep: the record, and its zero padding until the vibration has decayed.
 
-    The kept part of the padding doubles from `min_tail_sample_count` samples until at most
-    `MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL` of the peak is left. The last `min_tail_sample_count` samples are left
-    out, as in `_residual_vibration_to_peak_ratio`.
+    The kept part of the padding doubles from `min_tail_and_left_out_end_sample_count` samples until at most
+    `MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL` of the peak is left. The last `min_tail_and_left_out_end_sample_count`
+    samples are left out, as in `_residual_vibration_to_peak_ratio`.
     """
-    size, tail = np.abs(surface_acceleration), min_tail_sample_count
+    size, tail = np.abs(surface_acceleration), min_tail_and_left_out_end_sample_count
     while (
-        size[record_sample_count + tail : -min_tail_sample_count].max(initial=0.0)
+        size[record_sample_count + tail : -min_tail_and_left_out_end_sample_count].max(initial=0.0)
         > MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL * size.max()
     ):
         tail *= 2

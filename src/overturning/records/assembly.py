@@ -158,13 +158,13 @@ def _relative_header_peak_difference_by_axis(
 
 
 def _declared_azimuth_mismatch_notes(
-    components_with_declared_azimuths: Sequence[RecordComponent],
+    components_after_azimuth_declarations: Sequence[RecordComponent],
     components_with_azimuths_from_files: Sequence[RecordComponent],
 ) -> list[str]:
     """Return a note for each axis whose azimuth, as given by the user, differs from the azimuth in its file."""
     return [
         f"axis {c.axis_name!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
-        for c, was in zip(components_with_declared_azimuths, components_with_azimuths_from_files, strict=False)
+        for c, was in zip(components_after_azimuth_declarations, components_with_azimuths_from_files, strict=False)
         if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
     ]
 
@@ -277,7 +277,7 @@ def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
     return implausible_amplitude_reason(
         moving,
         components[0].sampling_interval,
-        declared_unit=components[0].unit_declared_if_format_states_none,
+        declared_unit_if_file_states_none=components[0].unit_declared_if_format_states_none,
         check_velocity=not raw,
     )
 

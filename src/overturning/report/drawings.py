@@ -129,9 +129,9 @@ STUDY_FIGURES: "Final[dict[str, Callable[[StudyResults, Findings], Sequence[Call
 """`FIGURES_DRAWN_WITH_REPORT`, and figures that need all results of a study but are not in its report."""
 
 
-def draw_study_figure(figure_name: str, results_path: Path) -> "Figure":
+def draw_study_figure(figure_name: str, results_folder_or_cube_path: Path) -> "Figure":
     """Draw a figure of `STUDY_FIGURES` for a study; raise an `ArgumentError` if the study has no such figure."""
-    with open_study_results(results_path) as results:
+    with open_study_results(results_folder_or_cube_path) as results:
         draw = STUDY_FIGURES[figure_name](results, findings_from_results(results))
         if not draw:
             raise ArgumentError(

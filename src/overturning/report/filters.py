@@ -62,15 +62,15 @@ def format_three_significant_digits(value: float | None) -> str:
     return NO_VALUE if _is_none_or_nan(value) else f"{value:.3g}"
 
 
-def format_degrees(angle_deg: float | None, angle_period_deg: int = 0) -> str:
-    """Format an angle as whole degrees; with `angle_period_deg` (180 or 360), as the equivalent angle below that.
+def format_degrees(angle_deg: float | None, angle_wrapping_period_deg: int = 0) -> str:
+    """Format an angle as whole degrees; with `angle_wrapping_period_deg` (180 or 360), as the angle below that.
 
     Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
     """
     if _is_none_or_nan(angle_deg) or angle_deg is None:
         return NO_VALUE
     whole = int(math.copysign(math.floor(abs(angle_deg) + 0.5 + ROUNDING_TOLERANCE), angle_deg))
-    return f"{format_number(whole % angle_period_deg if angle_period_deg else whole, 0)}°"
+    return f"{format_number(whole % angle_wrapping_period_deg if angle_wrapping_period_deg else whole, 0)}°"
 
 
 def has_interval(estimate: Estimate) -> bool:

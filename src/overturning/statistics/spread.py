@@ -23,27 +23,27 @@ RunCountStatistic = Callable[[RunCountArray, RunCountArray, Any], FloatArray]
 
 
 def indicator_that_runs_disagree_on_fall(
-    plus_1_fall_counts: RunCountArray, minus_1_fall_counts: RunCountArray, known_run_counts: Any
+    plus_1_fall_counts: RunCountArray, run_counts_of_falls_to_minus_1: RunCountArray, known_run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if some of its ensemble runs fall and others stand, else 0; arguments are run counts.
 
     Of `known_run_counts` runs, `plus_1_fall_counts` fall to +1 and
-    `minus_1_fall_counts` fall to −1.
+    `run_counts_of_falls_to_minus_1` fall to −1.
     """
-    fall_counts = plus_1_fall_counts + minus_1_fall_counts
+    fall_counts = plus_1_fall_counts + run_counts_of_falls_to_minus_1
     return np.asarray((fall_counts > 0) & (fall_counts < known_run_counts), np.float64)
 
 
 def indicator_that_most_runs_fall_and_sides_differ(
-    plus_1_fall_counts: RunCountArray, minus_1_fall_counts: RunCountArray, known_run_counts: Any
+    plus_1_fall_counts: RunCountArray, run_counts_of_falls_to_minus_1: RunCountArray, known_run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if most of its ensemble runs fall, some of these to each side; otherwise 0.
 
     Of `known_run_counts` runs, `plus_1_fall_counts` fall to +1 and
-    `minus_1_fall_counts` fall to −1.
+    `run_counts_of_falls_to_minus_1` fall to −1.
     """
-    smaller_counts = np.minimum(plus_1_fall_counts, minus_1_fall_counts)
-    fall_counts = plus_1_fall_counts + minus_1_fall_counts
+    smaller_counts = np.minimum(plus_1_fall_counts, run_counts_of_falls_to_minus_1)
+    fall_counts = plus_1_fall_counts + run_counts_of_falls_to_minus_1
     return np.asarray((smaller_counts > 0) & (2 * fall_counts > known_run_counts), np.float64)
 
 

@@ -154,7 +154,7 @@ class _CaseReruns:
         self.refusal_reason_by_kind: dict[str, str] = {}
 
     def rerun_cases_within_budget_unless_refused(
-        self, rerun_kind: str, total_to_own_block_step_ratio: float, max_block_time_steps_of_reruns: int
+        self, rerun_kind: str, all_reruns_to_this_rerun_step_ratio: float, max_block_time_steps_of_reruns: int
     ) -> bool:
         """Rerun as many cases as a number of block time steps permits; return False if cases cannot be computed."""
         most = len(self.sample.record_indices)
@@ -163,7 +163,9 @@ class _CaseReruns:
             done = len(self.rerun_outcomes_by_kind[rerun_kind]) + size
             if not self.rerun_first_cases_unless_refused(rerun_kind, done):
                 return False
-            mean = total_to_own_block_step_ratio * float(self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].mean())
+            mean = all_reruns_to_this_rerun_step_ratio * float(
+                self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].mean()
+            )
             affordable = most if mean == 0 else min(most, int(0.95 * max_block_time_steps_of_reruns / mean))
             size = min(affordable - done, 3 * done)
         return True

@@ -246,19 +246,20 @@ def fall_probability_convergence_mask(member_fall_flags: NDArray[np.int8], max_h
 
 def mask_of_narrow_fall_share_intervals(
     plus_1_fall_counts: NDArray[Any],
-    minus_1_fall_counts: NDArray[Any],
+    run_counts_of_falls_to_minus_1: NDArray[Any],
     known_outcome_counts: ArrayLike,
     max_half_width: float,
 ) -> NDArray[np.bool_]:
     """Return a mask of narrow 95 % intervals: both shares of falls (to either side) within ±`max_half_width`."""
     ends = [
-        wilson_95_percent_interval(count, known_outcome_counts) for count in (plus_1_fall_counts, minus_1_fall_counts)
+        wilson_95_percent_interval(count, known_outcome_counts)
+        for count in (plus_1_fall_counts, run_counts_of_falls_to_minus_1)
     ]
     return np.asarray(np.logical_and(*(high - low <= 2.0 * max_half_width for low, high in ends)))
 
 
 def fall_shares_by_relief_variable_name(
-    member_fall_flags: NDArray[np.int8], high_relief_mask_by_member: NDArray[np.bool_]
+    member_fall_flags: NDArray[np.int8], high_base_relief_mask_by_member: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
     """Return shares of falls among runs with low and high relief, the height up to which base points bear load.
 
@@ -266,7 +267,7 @@ def fall_shares_by_relief_variable_name(
     """
     known = member_fall_flags != INT8_MISSING
     counts = [((known & half).sum(axis=1), ((member_fall_flags == 1) & half).sum(axis=1)) for half in (
-        ~high_relief_mask_by_member, high_relief_mask_by_member)]  # fmt: skip
+        ~high_base_relief_mask_by_member, high_base_relief_mask_by_member)]  # fmt: skip
     return {
         variable.name: np.where(count > 0, fell / np.maximum(count, 1), np.nan)
         for variable, (count, fell) in zip(RELIEF_ENSEMBLE_VARIABLES, counts, strict=True)
@@ -330,8 +331,8 @@ class EnsembleRunner:
             some[directions[start : start + group]] = True
             cells = np.argwhere(chosen & some)
             flags = np.full((len(cells), members.member_count, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
-            in_3d = self.model.direction_dimension_name == "orientation"
-            azimuth = np.full(flags.shape if in_3d else flags.shape[:2], np.nan)
+            scene_becomes_3d_stack = self.model.direction_dimension_name == "orientation"
+            azimuth = np.full(flags.shape if scene_becomes_3d_stack else flags.shape[:2], np.nan)
             of_group = subtask_progress_callback(progress, done / work, (done + len(cells)) / work)
             block_steps += self._run_members_until_converged_and_count_block_steps(
                 grid, cells, run_cases, flags, azimuth, of_group

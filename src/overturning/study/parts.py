@@ -111,13 +111,13 @@ class OpenedSweepPartFile(NamedTuple):
     file: Any  # netCDF4 dataset without masking and scaling
     study_grid_indices_by_dimension: list[NDArray[np.intp]]  # positions of its cells in the whole grid
 
-    def copy_variable_into(self, variable_name: str, array_over_study_grid: NDArray[Any]) -> None:
+    def copy_variable_into(self, variable_name: str, output_array_over_study_grid: NDArray[Any]) -> None:
         """Copy this file's values of a variable to their positions in an array for the whole parameter grid."""
         if self.study_grid_indices_by_dimension[0].size:
             where: tuple[Any, ...] = np.ix_(*self.study_grid_indices_by_dimension)
-            array_over_study_grid[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[
-                variable_name
-            ][:]
+            output_array_over_study_grid[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = (
+                self.file[variable_name][:]
+            )
 
 
 def read_record_id_and_variant_of_outcome_file(path: Path) -> tuple[str, str]:

@@ -140,7 +140,7 @@ def _recompute_case_of_grid(
     if with_ensemble_runs:
         run = create_ensemble_member_case_runner(study, variant, motion, numerical_options_of_study(study))
         arrays |= create_ensemble_runner(
-            study, variant, run_members_in_all_grid_cells=True
+            study, variant, run_cells_far_from_outcome_changes=True
         ).choose_cases_and_run_their_ensembles(motion, few, arrays, run)[0]
     cell = (-1, *(0,) * (len(grid_indices_of_case) - 1))
     return {name: values[cell] for name, values in arrays.items() if name not in CASE_COUNTER_NAMES}

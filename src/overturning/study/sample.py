@@ -51,17 +51,19 @@ class RandomCaseSample:
 
 
 def choose_random_record_and_grid_indices(
-    convergence_check_settings: ConvergenceCheckSettings, record_count: int, simulated_cell_mask: NDArray[np.bool_]
+    convergence_check_settings: ConvergenceCheckSettings,
+    record_count: int,
+    cell_is_simulated_not_copied_mask: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Choose n cases of a study at random; return their record indices (n,) and grid indices (n, dimensions).
 
-    The first cases of the choice are a random choice, too. `simulated_cell_mask` has the shape of the grid and is the
-    same for every record; where it is False, the case is a symmetric copy of another and is not chosen.
+    The first cases of the choice are a random choice, too. `cell_is_simulated_not_copied_mask` has the shape of the
+    grid and is the same for every record; where it is False, the case is a symmetric copy of another and is not chosen.
     """
-    cells = np.argwhere(simulated_cell_mask)
+    cells = np.argwhere(cell_is_simulated_not_copied_mask)
     wanted = max(
         convergence_check_settings.at_least,
-        round(convergence_check_settings.share * record_count * simulated_cell_mask.size),
+        round(convergence_check_settings.share * record_count * cell_is_simulated_not_copied_mask.size),
     )
     order = np.random.Generator(np.random.PCG64(convergence_check_settings.seed)).permutation(
         record_count * len(cells)

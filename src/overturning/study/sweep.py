@@ -57,15 +57,15 @@ def create_ensemble_runner(
     study: Study,
     variant: str = NOMINAL_VARIANT,
     members: EnsembleParameterChanges | None = None,
-    run_members_in_all_grid_cells: bool = False,
+    run_cells_far_from_outcome_changes: bool = False,
 ) -> EnsembleRunner:
     """Create the ensemble runner of a study or variant, with the given parameter changes or newly drawn ones."""
     settings = study.ensemble
-    run_members_in_all_grid_cells = run_members_in_all_grid_cells or settings.where == "everywhere"
+    run_cells_far_from_outcome_changes = run_cells_far_from_outcome_changes or settings.where == "everywhere"
     return EnsembleRunner(
         variant_model(study, variant),
         members or draw_parameter_changes_of_members(settings),
-        run_members_in_all_grid_cells,
+        run_cells_far_from_outcome_changes,
         settings.half_width,
     )
 

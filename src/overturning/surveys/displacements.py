@@ -291,7 +291,7 @@ def _fall_share_by_friction(fall_flags_with_friction_first: NDArray[np.floating]
 
 
 def _compare_fallen_shares(
-    observed_stones: Sequence[_ObservedStone], counts_and_shares_by_friction: Sequence[tuple[int, FloatArray]]
+    observed_stones: Sequence[_ObservedStone], stone_count_and_fall_shares_by_stone: Sequence[tuple[int, FloatArray]]
 ) -> ObservedAndComputedStatistic:
     """Return the observed share of stones that fell, with its interval, and the computed share, with its range.
 
@@ -299,7 +299,7 @@ def _compare_fallen_shares(
     """
     of_share = stones_of_sites_with_standing_stones([one.stone for one in observed_stones])
     sites = {stone.site for stone in of_share or [one.stone for one in observed_stones]}
-    pairs = zip(observed_stones, counts_and_shares_by_friction, strict=True)
+    pairs = zip(observed_stones, stone_count_and_fall_shares_by_stone, strict=True)
     counted = [pair for one, pair in pairs if one.stone.site in sites]
     shares, counts = np.array([share for _, share in counted]), np.array([count for count, _ in counted])
     known = np.isfinite(shares)
@@ -356,11 +356,18 @@ def _compare_shifts_and_twists_of_standing_stones(
         total = cells.weight[base_mask].sum()
         return float(cells.weight[base_mask & counted_mask].sum() / total) if total > 0 else math.nan
 
-    def weighted_median(case_values: FloatArray, case_mask: NDArray[np.bool_]) -> float:
-        """Return the weighted median of `case_values` over the simulated cases in `case_mask`; NaN for none."""
-        order = case_values[case_mask].argsort(kind="stable")
-        below = cells.weight[case_mask][order].cumsum()
-        return float(case_values[case_mask][order][np.searchsorted(below, below[-1] / 2)]) if below.size else math.nan
+    def weighted_median(case_values: FloatArray, mask_of_cases_to_include: NDArray[np.bool_]) -> float:
+        """Return the weighted median of `case_values` over the simulated cases in `mask_of_cases_to_include`.
+
+        NaN for none.
+        """
+        order = case_values[mask_of_cases_to_include].argsort(kind="stable")
+        below = cells.weight[mask_of_cases_to_include][order].cumsum()
+        return (
+            float(case_values[mask_of_cases_to_include][order][np.searchsorted(below, below[-1] / 2)])
+            if below.size
+            else math.nan
+        )
 
     def compare_medians(
         name: ComparedStatisticName, observed_values: FloatArray, median_by_friction: FloatArray

@@ -23,12 +23,12 @@ def stone_dimensions_described_from_side_nearer_to_grid(
     front, side = stone.b_over_h_in_both_planes
 
     def stone_dimensions_seen_from_side(
-        b_over_h_of_described_side: float, b_over_h_of_other_side: float, azimuth_of_described_side_deg: float
+        b_over_h_of_side_taken_as_face: float, b_over_h_of_other_side: float, azimuth_of_described_side_deg: float
     ) -> dict[str, float]:
         """Return height, B/H, D/B and face azimuth of the stone, with the described side as its face."""
-        aspect = b_over_h_of_other_side / b_over_h_of_described_side if b_over_h_of_described_side else math.nan
+        aspect = b_over_h_of_other_side / b_over_h_of_side_taken_as_face if b_over_h_of_side_taken_as_face else math.nan
         return {
-            "height": stone.height_m, "b_over_h": b_over_h_of_described_side, "aspect": aspect,
+            "height": stone.height_m, "b_over_h": b_over_h_of_side_taken_as_face, "aspect": aspect,
             "face_azimuth_deg": azimuth_of_described_side_deg,
         }  # fmt: skip
 

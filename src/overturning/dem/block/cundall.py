@@ -61,15 +61,15 @@ def corner_contact_force(
     state: BlockState,
     previous_corner: CornerState,
     dashpot_constant_per_mass_over_time_step: float,
-    is_flat_landing_slides_mu_and_moment_factor: tuple[bool, bool, float, float],
+    flat_slides_mu_and_friction_moment_factor: tuple[bool, bool, float, float],
 ) -> CornerContactForceAndNewState:
     """Compute the contact force of the base on a corner of a block, per block mass, in a step of Cundall's scheme.
 
     `dashpot_constant_per_mass_over_time_step` (1/s²) multiplies the displacements of the last step.
-    `is_flat_landing_slides_mu_and_moment_factor` holds whether both corners land in one impact, and the results of
+    `flat_slides_mu_and_friction_moment_factor` holds whether both corners land in one impact, and the results of
     `flat_landing_slides_mu_and_moment_factor`.
     """
-    held, drifts, drift, tilting = is_flat_landing_slides_mu_and_moment_factor
+    held, drifts, drift, tilting = flat_slides_mu_and_friction_moment_factor
     arm, drop = corner_x_and_depth_from_centre(corner_sign, block, state.cos, state.sin)
     place, depth = state.centre_x + arm, drop - state.centre_z
     slip, sinking = place - previous_corner.x_position, depth - previous_corner.penetration

@@ -148,7 +148,7 @@ def body_is_still(
 
 @njit(**INLINE_OPTIONS)
 def updated_largest_tilt_ratio_near_case_end(
-    previous_largest_tilt_near_case_end: float,
+    previous_late_largest_tilt_ratio: float,
     case_progress: CaseProgress,
     current_sample: float,
     record_end_sample: float,
@@ -159,14 +159,14 @@ def updated_largest_tilt_ratio_near_case_end(
 
     See `LargestTiltRatioInSecondHalfAfterRecord`.
 
-    `previous_largest_tilt_near_case_end` is the value at the end of the sample before, `centre_height_above_rest_m`
+    `previous_late_largest_tilt_ratio` is the value at the end of the sample before, `centre_height_above_rest_m`
     the height of the centre above its height at rest.
     """
     if current_sample < 0.5 * (record_end_sample + case_progress.end_sample_if_undecided):
-        return previous_largest_tilt_near_case_end
+        return previous_late_largest_tilt_ratio
     # A body above the height at which it balances on its rim is in the air; it may fall when it lands.
     return max(
-        previous_largest_tilt_near_case_end,
+        previous_late_largest_tilt_ratio,
         1.0
         if GRAVITY * centre_height_above_rest_m >= case_progress.energy_needed_to_overturn
         else largest_tilt_over_critical_angle,

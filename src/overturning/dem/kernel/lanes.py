@@ -311,12 +311,12 @@ class TupleRowLayout:
         layout_tuple_type: type,
         accessed_tuple_type: type,
         path_prefix_of_accessed_tuple: str,
-        stored_paths_within_accessed_tuple: list[str],
+        accessed_field_paths: list[str],
     ) -> TupleReaderAndWriter:
         """Return the compiled functions that read and write a named tuple, which may be a field of a larger tuple."""
         rows = [
             self._rows[layout_tuple_type, path_prefix_of_accessed_tuple + path]
-            if path in stored_paths_within_accessed_tuple
+            if path in accessed_field_paths
             else None
             for path in field_paths_of_numbers(accessed_tuple_type)
         ]

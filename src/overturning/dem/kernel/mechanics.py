@@ -69,12 +69,14 @@ def max_time_between_touches_in_one_impact(
 
 
 @njit(**INLINE_OPTIONS)
-def base_end_touches_within_time(allowed_time_s: float, penetration_m: float, upward_velocity_m_s: float) -> bool:
+def base_end_touches_within_time(
+    allowed_time_s: float, base_end_penetration_m: float, upward_velocity_m_s: float
+) -> bool:
     """True if an end of a body's lower side touches the ground now, or within `allowed_time_s` at its present velocity.
 
     The penetration is negative above the ground.
     """
-    return penetration_m > allowed_time_s * (upward_velocity_m_s if upward_velocity_m_s < 0.0 else 0.0)
+    return base_end_penetration_m > allowed_time_s * (upward_velocity_m_s if upward_velocity_m_s < 0.0 else 0.0)
 
 
 @njit(**INLINE_OPTIONS)

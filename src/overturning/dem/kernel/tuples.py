@@ -245,13 +245,20 @@ def create_store_tuple_unless_function(
     """
 
     def generate_store_instructions(
-        _: Any, builder: Any, llvm_array_address: Any, llvm_lane_index: Any, llvm_keep_flag: Any, *llvm_numbers: Any
+        _: Any,
+        builder: Any,
+        llvm_array_address: Any,
+        llvm_lane_index: Any,
+        llvm_skip_store_flag: Any,
+        *llvm_numbers: Any,
     ) -> None:
         """Generate the LLVM instructions that store the tuple's numbers in a lane's column unless the flag is true."""
         for row, number in zip(row_offset_of_each_number_or_none, llvm_numbers, strict=True):
             if row is not None:
                 at = _address_of_number(builder, llvm_array_address, row, llvm_lane_index)
-                builder.store(select_llvm_value_without_branch(builder, llvm_keep_flag, builder.load(at), number), at)
+                builder.store(
+                    select_llvm_value_without_branch(builder, llvm_skip_store_flag, builder.load(at), number), at
+                )
 
     generated = GeneratedLlvmFunction(f"store_unless.{llvm_function_name_without_prefix}", generate_store_instructions)
 
@@ -284,11 +291,11 @@ def create_store_tuple_unless_function(
     return intrinsic(signature_and_generator_for_store_unless)
 
 
-def _address_of_number(builder: Any, llvm_array_address: Any, row_offset: int, llvm_lane_index: Any) -> Any:
-    """Return the address of the number in column `llvm_lane_index` of the array row that starts at `row_offset`."""
+def _address_of_number(builder: Any, llvm_array_address: Any, row_start_index: int, llvm_lane_index: Any) -> Any:
+    """Return the address of the number in column `llvm_lane_index` of the row that starts at `row_start_index`."""
     # Unsigned: LLVM cannot always prove that a signed index is not negative.
     return builder.gep(
-        llvm_array_address, [builder.add(llvm_lane_index, ir.Constant(llvm_lane_index.type, row_offset))]
+        llvm_array_address, [builder.add(llvm_lane_index, ir.Constant(llvm_lane_index.type, row_start_index))]
     )
 
 

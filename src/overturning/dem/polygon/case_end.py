@@ -141,7 +141,7 @@ def no_standing_group_can_move_nor_element_land(
     case_states: Any,
     lane: int,
     scene_arrays: Any,
-    fall_and_support_rows_by_element: Any,
+    fall_and_support_table: Any,
     rocking_groups_immovable_from_sample: Any,
     max_support_gap: float,
 ) -> bool:
@@ -156,9 +156,7 @@ def no_standing_group_can_move_nor_element_land(
     )
     return bool(
         weak
-        and not any_element_can_still_land(
-            case_states, lane, scene_arrays, fall_and_support_rows_by_element, max_support_gap
-        )
+        and not any_element_can_still_land(case_states, lane, scene_arrays, fall_and_support_table, max_support_gap)
     )
 
 
@@ -167,46 +165,44 @@ def all_elements_stand_and_outcomes_are_final(
     case_states: Any,
     lane: int,
     scene_arrays: Any,
-    fall_and_support_rows_by_element: Any,
+    fall_and_support_table: Any,
     min_overturning_energy: float,
     max_support_gap: float,
 ) -> bool:
     """True if all elements stand on their supports and cannot fall, exceed their peak rotation or slide further."""
     if not no_element_tipped_dropped_or_unsupported(
-        case_states, lane, scene_arrays, fall_and_support_rows_by_element, max_support_gap
+        case_states, lane, scene_arrays, fall_and_support_table, max_support_gap
     ):
         return False
     spare = scene_energy(case_states, lane, scene_arrays) - rows.load_scene_state(case_states, lane).initial_energy
     # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
     over = spare < 0.5 * min_overturning_energy and not any_peak_rotation_can_grow(
-        case_states, lane, fall_and_support_rows_by_element, spare
+        case_states, lane, fall_and_support_table, spare
     )
     return bool(over and not longest_time_until_sliding_stops(case_states, lane, scene_arrays) > 0.0)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def store_fall_sides_and_count_elements(
-    case_states: Any, lane: int, fall_and_support_rows_by_element: Any
+    case_states: Any, lane: int, fall_and_support_table: Any
 ) -> ElementCountsAndKineticEnergy:
     """Store the side of elements that fell since the last test; count elements that stand, fell, or stand for good."""
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
-    for i in range(fall_and_support_rows_by_element.size):
+    for i in range(fall_and_support_table.size):
         e = rows.slice_element_rows(case_states, i)
         item = rows.load_element_state(e, lane)
         check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.angular + item.pose.cos
-        if fall_and_support_rows_by_element[i].is_free == 0.0:
+        if fall_and_support_table[i].is_free == 0.0:
             continue
         moving += element_kinetic_energy(item)
         slid = slid or abs(item.slip_fall_side_and_last_upright_time.current_slip_on_support) > 0.1 * abs(
             item.rest_position.base_point_z_in_element_axes
         )
         if item.slip_fall_side_and_last_upright_time.fall_side == 0.0:
-            e[rows.FALL_SIDE_ROW + lane] = fall_side_by_peak_rotation_or_zero(item, fall_and_support_rows_by_element[i])
+            e[rows.FALL_SIDE_ROW + lane] = fall_side_by_peak_rotation_or_zero(item, fall_and_support_table[i])
         stands = e[rows.FALL_SIDE_ROW + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(
-            stands and element_stands_safely(item, fall_and_support_rows_by_element[i].energy_needed_to_overturn)
-        )
+        safe += int(stands and element_stands_safely(item, fall_and_support_table[i].energy_needed_to_overturn))
     return ElementCountsAndKineticEnergy(check, moving, standing, fallen, safe, slid)
 
 
@@ -238,28 +234,28 @@ def fall_side_by_peak_rotation_or_zero(element: ElementState, fall_limits_of_ele
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def any_element_can_fall_without_base_motion(
-    case_states: Any, lane: int, fall_and_support_rows_by_element: Any, gravity: float
+    case_states: Any, lane: int, fall_and_support_table: Any, gravity: float
 ) -> bool:
     """True if any standing element has enough energy to overturn while the base is at rest.
 
     An element needs its overturning energy or, without a tipping angle, 1 % of the potential energy
     that it loses down to its fall limit.
     """
-    for i in range(fall_and_support_rows_by_element.size):
+    for i in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if (
-            fall_and_support_rows_by_element[i].is_free == 0.0
+            fall_and_support_table[i].is_free == 0.0
             or item.slip_fall_side_and_last_upright_time.fall_side != 0.0
-            or element_has_tipped_or_dropped(item, fall_and_support_rows_by_element[i])
+            or element_has_tipped_or_dropped(item, fall_and_support_table[i])
         ):
             continue
         own, weight = (
-            fall_and_support_rows_by_element[i].tipping_rotation_to_plus_x < np.inf,
+            fall_and_support_table[i].tipping_rotation_to_plus_x < np.inf,
             item.constants.mass * gravity,
         )
         lift = weight * max(item.pose.z - item.rest_position.centre_z, 0.0) if own else 0.0
         needed = (
-            fall_and_support_rows_by_element[i].energy_needed_to_overturn
+            fall_and_support_table[i].energy_needed_to_overturn
             if own
             else 0.01 * weight * (item.rest_position.centre_z - item.rest_position.fallen_if_centre_z_below)
         )
@@ -270,7 +266,7 @@ def any_element_can_fall_without_base_motion(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def find_fallen_elements_and_store_side_and_time(
-    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_rows_by_element: Any, max_support_gap: float
+    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_table: Any, max_support_gap: float
 ) -> None:
     """Find, at the end of a case, the free elements that have fallen, and store the side and time of their fall.
 
@@ -280,19 +276,19 @@ def find_fallen_elements_and_store_side_and_time(
     found = True
     while found:
         found = False
-        for i in range(fall_and_support_rows_by_element.size):
+        for i in range(fall_and_support_table.size):
             e = rows.slice_element_rows(case_states, i)
-            if fall_and_support_rows_by_element[i].is_free == 0.0 or e[rows.FALL_SIDE_ROW + lane] != 0.0:
+            if fall_and_support_table[i].is_free == 0.0 or e[rows.FALL_SIDE_ROW + lane] != 0.0:
                 continue
             item, until = (
                 rows.load_element_state(e, lane),
                 last_time_on_standing_support_or_inf_if_now(case_states, lane, scene_arrays, i, max_support_gap),
             )
-            if element_has_tipped_or_dropped(item, fall_and_support_rows_by_element[i]):
+            if element_has_tipped_or_dropped(item, fall_and_support_table[i]):
                 until = item.slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_limit
             if until < np.inf:
                 e[rows.FALL_SIDE_ROW + lane], e[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane], found = (
-                    fall_side_by_rotation_or_displacement(item, fall_and_support_rows_by_element[i]), until, True,
+                    fall_side_by_rotation_or_displacement(item, fall_and_support_table[i]), until, True,
                 )  # fmt: skip
 
 
@@ -346,16 +342,16 @@ def element_stands_safely(element: ElementState, energy_needed_to_overturn: floa
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def any_peak_rotation_can_grow(
-    case_states: Any, lane: int, fall_and_support_rows_by_element: Any, scene_energy_above_initial_energy: float
+    case_states: Any, lane: int, fall_and_support_table: Any, scene_energy_above_initial_energy: float
 ) -> bool:
     """True if the scene's energy above its initial energy (J) could rotate an element beyond its peak rotation."""
-    for e in range(fall_and_support_rows_by_element.size):
+    for e in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
         reached = larger_peak_rotation_of_both_sides(item) / item.constants.critical_or_fall_angle
-        if fall_and_support_rows_by_element[e].is_free == 0.0 or reached < 1e-3:
+        if fall_and_support_table[e].is_free == 0.0 or reached < 1e-3:
             continue
         share = min(
-            max(scene_energy_above_initial_energy / fall_and_support_rows_by_element[e].energy_needed_to_overturn, 0.0),
+            max(scene_energy_above_initial_energy / fall_and_support_table[e].energy_needed_to_overturn, 0.0),
             1.0,
         )
         if 1.0 - np.sqrt(1.0 - share) > reached:

@@ -247,7 +247,7 @@ def equation_submatrix_or_placeholder(
     moves_relative_to_base_by_element: Any,
     row_element_index: int,
     column_element_index: int,
-    placeholder_index: int,
+    unused_submatrix_index: int,
 ) -> Any:
     """Return the equation submatrix of two elements (row, column), or an unused one if either moves with the base.
 
@@ -258,7 +258,7 @@ def equation_submatrix_or_placeholder(
         row_element_index * moves_relative_to_base_by_element.size + column_element_index
         if moves_relative_to_base_by_element[row_element_index]
         and moves_relative_to_base_by_element[column_element_index]
-        else moves_relative_to_base_by_element.size * moves_relative_to_base_by_element.size + placeholder_index,
+        else moves_relative_to_base_by_element.size * moves_relative_to_base_by_element.size + unused_submatrix_index,
     )
 
 

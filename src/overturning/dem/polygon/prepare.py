@@ -299,7 +299,7 @@ def _tipping_angles_energies_and_supports(
     scene: Scene,
     elements: Elements,
     supports: LoadedContactPointsByElementAndCarrier,
-    freely_standing_element_mask: NDArray[np.bool_],
+    parallel_contact_normals_element_mask: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Return tipping angles, critical angles, overturning energies, supports and base centres (see `PreparedScene`)."""
     count = len(elements)
@@ -323,7 +323,7 @@ def _tipping_angles_energies_and_supports(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if freely_standing_element_mask[k] and min(reach) > MIN_TIPPING_ANGLE_OF_STANDING_ELEMENT_RAD:
+        if parallel_contact_normals_element_mask[k] and min(reach) > MIN_TIPPING_ANGLE_OF_STANDING_ELEMENT_RAD:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:

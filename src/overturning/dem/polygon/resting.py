@@ -89,14 +89,14 @@ def last_time_on_standing_support_or_inf_if_now(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def no_element_tipped_dropped_or_unsupported(
-    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_rows_by_element: Any, max_support_gap: float
+    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_table: Any, max_support_gap: float
 ) -> bool:
     """True if no free element of a case has tipped over, dropped below its fall limit or lost its support."""
-    for i in range(fall_and_support_rows_by_element.size):
-        if fall_and_support_rows_by_element[i].is_free > 0.0 and (
+    for i in range(fall_and_support_table.size):
+        if fall_and_support_table[i].is_free > 0.0 and (
             element_has_tipped_or_dropped(
                 rows.load_element_state(rows.slice_element_rows(case_states, i), lane),
-                fall_and_support_rows_by_element[i],
+                fall_and_support_table[i],
             )
             or last_time_on_standing_support_or_inf_if_now(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
         ):
@@ -106,15 +106,15 @@ def no_element_tipped_dropped_or_unsupported(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def any_element_can_still_land(
-    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_rows_by_element: Any, max_support_gap: float
+    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_table: Any, max_support_gap: float
 ) -> bool:
     """True if an element is more than `max_support_gap` (m) above its support and may land on it again."""
-    for i in range(fall_and_support_rows_by_element.size):
+    for i in range(fall_and_support_table.size):
         e = rows.slice_element_rows(case_states, i)
         if (
-            fall_and_support_rows_by_element[i].is_free == 0.0
+            fall_and_support_table[i].is_free == 0.0
             or e[rows.FALL_SIDE_ROW + lane] != 0.0
-            or element_has_tipped_or_dropped(rows.load_element_state(e, lane), fall_and_support_rows_by_element[i])
+            or element_has_tipped_or_dropped(rows.load_element_state(e, lane), fall_and_support_table[i])
         ):
             continue
         touching = 0
@@ -177,14 +177,12 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_free_elements_tilt_far_below_critical_angle(
-    case_states: Any, lane: int, fall_and_support_rows_by_element: Any
-) -> bool:
+def all_free_elements_tilt_far_below_critical_angle(case_states: Any, lane: int, fall_and_support_table: Any) -> bool:
     """True if every free element is tilted by less than the share `MAX_TILT_RATIO_AT_REST` of its critical angle."""
-    for i in range(fall_and_support_rows_by_element.size):
+    for i in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if (
-            fall_and_support_rows_by_element[i].is_free > 0.0
+            fall_and_support_table[i].is_free > 0.0
             and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle
         ):
             return False
@@ -246,7 +244,7 @@ def largest_penetration_so_far(case_states: Any, lane: int, scene_arrays: Any) -
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def count_closed_points_of_standing_elements(
-    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_rows_by_element: Any
+    case_states: Any, lane: int, scene_arrays: Any, fall_and_support_table: Any
 ) -> int:
     """Count the closed contact points of standing free elements; a point between two such elements counts twice."""
     total = 0
@@ -256,6 +254,6 @@ def count_closed_points_of_standing_elements(
             (a, scene_arrays.pair_element_and_piece_indices[p, 0]),
             (b, scene_arrays.pair_element_and_piece_indices[p, 1]),
         ):
-            if fall_and_support_rows_by_element[i].is_free > 0.0 and e[rows.FALL_SIDE_ROW + lane] == 0.0:
+            if fall_and_support_table[i].is_free > 0.0 and e[rows.FALL_SIDE_ROW + lane] == 0.0:
                 total += count_closed_contact_points(rows.load_pair_state(q, lane))
     return total

@@ -81,14 +81,14 @@ def _indices_of_elements_overturning_together(
     elements: Elements,
     supports: LoadedContactPointsByElementAndCarrier,
     lowest_element_index: int,
-    last_counted_element_index: int,
+    max_element_index_in_group: int,
     pivot_x_and_z: tuple[float, float],
     x_sign_of_rocking_direction: float,
     base_acceleration_over_g: float,
 ) -> list[int]:
     """Return the indices of an element and of the elements on it that overturn with it at a base acceleration.
 
-    Elements after `last_counted_element_index` do not count. `base_acceleration_over_g` is |a|/g; −infinity includes
+    Elements after `max_element_index_in_group` do not count. `base_acceleration_over_g` is |a|/g; −infinity includes
     all elements on it.
     """
 
@@ -103,9 +103,9 @@ def _indices_of_elements_overturning_together(
         part = [element_index]
         for moment, more in map(
             restoring_moment_over_g_and_element_indices,
-            (n for n in range(last_counted_element_index + 1) if element_index in supports.get(n, ())),
+            (n for n in range(max_element_index_in_group + 1) if element_index in supports.get(n, ())),
         ):
-            if whole or moment < 0.0 or last_counted_element_index in more:
+            if whole or moment < 0.0 or max_element_index_in_group in more:
                 held, part = held + moment, part + more
         return held, part
 

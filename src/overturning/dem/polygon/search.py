@@ -166,7 +166,7 @@ def update_nearest_faces_and_contact_history(
     element_a_state_rows: Any,
     element_b_state_rows: Any,
     lane: int,
-    time_since_previous_positions: float,
+    back_extrapolation_time: float,
     face_table_of_a: Any,
     face_table_of_b: Any,
 ) -> None:
@@ -223,7 +223,7 @@ def update_nearest_faces_and_contact_history(
             pair_state_rows,
             lane,
             earlier_vertex_positions(
-                rows.load_pair_state(pair_state_rows, lane), first, second, time_since_previous_positions
+                rows.load_pair_state(pair_state_rows, lane), first, second, back_extrapolation_time
             ),
         )
     if changed and old.face_index_of_a >= 0.0:

@@ -160,18 +160,19 @@ def predicted_joint_force_moment_and_derivatives(
     normal_force_sums: JointNormalForceSums,
     assumed_friction: AssumedJointFrictionInStep,
     half_step_length_s: float,
-    friction_limiting_normal_force: float,
+    normal_force_for_friction_across_sliding: float,
 ) -> JointEquations:
     """Return predicted force and moment on the upper stone about the contact frame's origin, and their derivatives.
 
-    `friction_limiting_normal_force` is the normal force that limits friction across the direction of sliding, N.
+    `normal_force_for_friction_across_sliding` is the normal force that limits friction across the direction of sliding,
+    N.
     """
     joint, sums, friction = joint_constants, normal_force_sums, assumed_friction
     in_contact, slides = friction.is_assumed_loaded > 0.0, friction.is_assumed_to_slide > 0.0
     d = friction.friction_direction
     held = tangential_contact_force(joint, friction.tangential_spring_stretch, friction.slip_velocity_at_friction_point)
     part = clipped_friction_limit_to_sticking_force_ratio(
-        joint.friction * friction_limiting_normal_force, squared_length(held), slides
+        joint.friction * normal_force_for_friction_across_sliding, squared_length(held), slides
     )
     mu = joint.friction if slides & in_contact else 0.0
     mx, my, mt = mu * d.x, mu * d.y, mu * d.twist_times_radius
@@ -254,20 +255,20 @@ class JointSlidingFlags(NamedTuple):
 
 @njit(**INLINE_OPTIONS)
 def compare_friction_with_assumption(
-    assumed_direction: TangentialVectorWithScaledTwist, end_friction_force: TangentialVectorWithScaledTwist,
+    assumed_friction_direction: TangentialVectorWithScaledTwist, end_friction_force: TangentialVectorWithScaledTwist,
     end_slip_velocity: TangentialVectorWithScaledTwist, stretch_at_step_start: TangentialVectorWithScaledTwist,
-    sliding: JointSlidingFlags,
+    joint_friction_flags: JointSlidingFlags,
 ) -> LargestContactChangesOfStack:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
 
-    `assumed_direction` is the assumed direction of friction, `stretch_at_step_start` that of its springs at the step's
-    start.
+    `assumed_friction_direction` is the assumed direction of friction, `stretch_at_step_start` that of its springs at
+    the step's start.
     """
-    direction = assumed_direction
+    direction = assumed_friction_direction
     force = end_friction_force
     velocity = end_slip_velocity
     stretch = stretch_at_step_start
-    carries, loaded, coarse, assumed, slips = sliding
+    carries, loaded, coarse, assumed, slips = joint_friction_flags
     wrong = carries & (slips != assumed)
     backwards = (
         carries
@@ -304,20 +305,20 @@ def compare_friction_with_assumption(
 def solve_joint_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion,
     assumed_friction: AssumedJointFrictionInStep,
-    point_sums_and_force_times_distance: tuple[NormalForceAndEarlyContactImpulseSums, float],
-    relative_velocity_and_spin_correction: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
+    point_sums_and_force_times_distance_sum: tuple[NormalForceAndEarlyContactImpulseSums, float],
+    relative_velocity_and_spin_changes: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
     half_step_and_flat_landing_conditions: JointFrictionSolutionInputs,
 ) -> tuple[ForceAndMomentOrVelocities, ForceAndMomentOrVelocities, LargestContactChangesOfStack,
 ContactPowerLossAndLostSpringEnergy,
 JointContactState]:  # fmt: skip
     """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
 
-    `point_sums_and_force_times_distance` holds the sums over the contact points and Σ normal force × distance from
-    the pressure centre (N·m).
+    `point_sums_and_force_times_distance_sum` holds the sums over the contact points and Σ normal force × distance
+    from the pressure centre (N·m).
     """
-    joint, friction, change = joint_constants, assumed_friction, relative_velocity_and_spin_correction
+    joint, friction, change = joint_constants, assumed_friction, relative_velocity_and_spin_changes
     half_step, forces_decide_contact, lands_flat, centre_height = half_step_and_flat_landing_conditions
-    ends, arm_sum = point_sums_and_force_times_distance
+    ends, arm_sum = point_sums_and_force_times_distance_sum
     cx, cy = friction.friction_application_point_x, friction.friction_application_point_y
     arm = friction.mean_distance_of_forces_from_pressure_centre
     more = slip_velocity_at_contact(change[0], change[1], cx, cy, arm)

@@ -85,7 +85,7 @@ def normal_force_sum_terms_of_point(
 @njit(**INLINE_OPTIONS)
 def solve_point_contact(
     joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
-    point_state_at_step_start: ContactPointState, relative_velocity_and_spin_correction: tuple[Vector3, Vector3],
+    point_state_at_step_start: ContactPointState, relative_velocity_and_spin_changes: tuple[Vector3, Vector3],
     half_step_and_flat_landing_conditions: HalfStepAndFlatLandingConditionsOfPoint,
 ) -> tuple[
     NormalForceAndEarlyContactImpulseSums, LargestContactChangesOfStack, ContactPowerLossAndLostSpringEnergy,
@@ -93,11 +93,11 @@ def solve_point_contact(
 ]:  # fmt: skip
     """Return normal force, contact changes, losses and new state of a contact point from a step's solved equations.
 
-    `relative_velocity_and_spin_correction` is the change of the relative velocity at the origin and of the relative
+    `relative_velocity_and_spin_changes` is the change of the relative velocity at the origin and of the relative
     angular velocity.
     """
     joint, position, previous = joint_constants, point_position, point_state_at_step_start
-    change = relative_velocity_and_spin_correction
+    change = relative_velocity_and_spin_changes
     half_step, lands_flat, new_landing, waits, joint_has_points = half_step_and_flat_landing_conditions
     w = position.joint_stiffness_share
     counts, had = w > 0.0, previous.joint_stiffness_share > 0.0

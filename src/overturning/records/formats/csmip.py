@@ -237,10 +237,10 @@ def _sample_column_count_and_width(channel_lines: TextLines, first_sample_line_i
 
 
 def _read_samples_interval_and_notes_from_time_pairs(
-    channel_lines: TextLines, header_text_line_count: int, header: HeaderFields
+    channel_lines: TextLines, line_count_before_header_numbers: int, header: HeaderFields
 ) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Read time-acceleration pairs of old volume-1 files; return samples, m/s², sampling interval, s, and notes."""
-    count, first = int(header.number_in_field("NO. OF POINTS")), header_text_line_count + 14
+    count, first = int(header.number_in_field("NO. OF POINTS")), line_count_before_header_numbers + 14
     header.check_field_pattern("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = channel_lines.read_fixed_width_numbers(first, column_width=7, numbers_per_line=10, number_count=2 * count)
     _, notes = channel_lines.skip_surplus_number_lines_with_notes(

@@ -65,10 +65,13 @@ def read_components(source_file: SourceFile, user_declared_properties: DeclaredF
 
 
 def _component_of_trace(
-    obspy_trace: Any, source_file: SourceFile, declared_unit: str, user_declared_properties: DeclaredFileProperties
+    obspy_trace: Any,
+    source_file: SourceFile,
+    declared_unit_if_file_states_none: str,
+    user_declared_properties: DeclaredFileProperties,
 ) -> RecordComponent:
     """Convert a SAC trace of a given unit to a record component, m/s²; a RecordError if it is no acceleration."""
-    header, scale = obspy_trace.stats.sac, ACCELERATION_UNITS_IN_M_S2[declared_unit]
+    header, scale = obspy_trace.stats.sac, ACCELERATION_UNITS_IN_M_S2[declared_unit_if_file_states_none]
 
     def header_number(header_key: str) -> float | None:
         """Return a number of the SAC header; None if it is undefined."""
@@ -100,7 +103,8 @@ def _component_of_trace(
         notes += coded
     if (factor := header_number("scale")) not in (None, 0.0, 1.0):
         notes += (
-            f"{source_file.name}: its header's SCALE, {factor:g}, is not applied: samples are in {declared_unit}, as "
+            f"{source_file.name}: its header's SCALE, {factor:g}, is not applied: samples are in "
+            f"{declared_unit_if_file_states_none}, as "
             "declared",
         )
     return RecordComponent.from_file(
@@ -120,7 +124,7 @@ def _component_of_trace(
         sensor_position=classify_as_surface_or_borehole(header_number("stdp")),
         sensor_location=obspy_trace.stats.location,
         is_already_corrected=bool(user_declared_properties.processed),
-        unit_declared_if_format_states_none=declared_unit,
+        unit_declared_if_format_states_none=declared_unit_if_file_states_none,
         extra_metadata={
             "network": obspy_trace.stats.network,
             "declared": user_declared_properties.declared_sample_property_texts,

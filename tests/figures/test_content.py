@@ -106,7 +106,7 @@ def test_this_file_tests_the_content_check_of_every_kind_of_figure() -> None:
     assert {*NAMES_OF_OUTCOME_FIGURES, "follow", "intensity", "hodograph", "history"} == set(plot.CUBE_FIGURE_FUNCTIONS)
 
 
-def test_public_modules_list_public_names_only() -> None:
+def test_dir_of_public_modules_shows_exactly_the_names_in_all() -> None:
     import overturning
 
     for module in (overturning, plot):

@@ -26,7 +26,7 @@ from overturning.statistics.falls import (
     cube_with_opposite_azimuths,
     fall_counts_towards_azimuths,
     mask_of_blocks_for_direction_statistics,
-    mean_fall_directions,
+    mean_fall_directions_and_axes_over_azimuths,
     mean_fall_probability_over_directions,
     overturned_share,
     overturned_shares_by_record,
@@ -118,7 +118,7 @@ def test_integer_and_float_fall_flags_give_equal_statistics() -> None:
         overturning_indicator,
         mask_of_blocks_for_direction_statistics,
         mean_fall_probability_over_directions,
-        lambda one: mean_fall_directions(one, only_informative_blocks=True),
+        lambda one: mean_fall_directions_and_axes_over_azimuths(one, only_informative_blocks=True),
     ):
         assert found(whole).equals(found(read))
     assert (
@@ -184,7 +184,7 @@ def test_fall_shares_mean_directions_and_axes_match_known_fall_rules(
     cube = make_cube_from_fall_rules(
         rule, azimuth=range(360) if rule is fall_rule_both_ways_along_30_degrees else range(0, 360, 5)
     )
-    means = mean_fall_directions(cube)
+    means = mean_fall_directions_and_axes_over_azimuths(cube)
     assert mean_fall_probability_over_directions(cube).values == pytest.approx(share)
     for kind, (angle, resultant) in (("direction", direction), ("axis", axis)):
         if angle is not None:
@@ -216,7 +216,7 @@ def test_fall_shares_are_averaged_over_all_block_parameters(make_cube_from_fall_
 
 def test_statistics_of_a_lazy_cube_are_those_of_a_loaded_one(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     cube = make_cube_from_fall_rules(make_sector_fall_rule(100, 30), events=("A", "B", "C"))
-    for function in (mean_fall_probability_over_directions, mean_fall_directions):
+    for function in (mean_fall_probability_over_directions, mean_fall_directions_and_axes_over_azimuths):
         answer = function(cube.chunk({"record": 1, "azimuth": 12}))
         assert answer.chunks
         xr.testing.assert_allclose(answer.compute(), function(cube))
@@ -235,8 +235,8 @@ def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(
     assert float(
         mean_fall_probability_over_directions(extra, summed_dims=("record", *PlanarModel.case_dims_without_direction))
     ) == pytest.approx(9 / 36)
-    assert mean_fall_directions(extra)["mean_axis"].values == pytest.approx(
-        mean_fall_directions(regular)["mean_axis"].values, abs=0.01
+    assert mean_fall_directions_and_axes_over_azimuths(extra)["mean_axis"].values == pytest.approx(
+        mean_fall_directions_and_axes_over_azimuths(regular)["mean_axis"].values, abs=0.01
     )
 
 
@@ -249,7 +249,7 @@ def test_all_planes_of_a_partial_circle_have_equal_weight(make_cube_from_fall_ru
     ] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
     cube = make_cube_from_fall_rules(make_sector_fall_rule(62.5, 24), azimuth=part.tolist())
     assert mean_fall_probability_over_directions(cube).values == pytest.approx(10 / 12)
-    assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
+    assert mean_fall_directions_and_axes_over_azimuths(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
     assert plane_weights_by_azimuth_spacing([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), (
         "no part of a finer grid"
     )
@@ -302,9 +302,11 @@ def test_opposite_azimuths_of_an_asymmetric_scene_are_two_different_cases(make_c
     for one in (cube, falling):
         one["azimuth"].attrs["period"] = 360.0
     assert mean_fall_probability_over_directions(cube).values == pytest.approx(0.5)
-    assert mean_fall_directions(falling)["direction_resultant"].values == pytest.approx(0, abs=1e-9)
+    assert mean_fall_directions_and_axes_over_azimuths(falling)["direction_resultant"].values == pytest.approx(
+        0, abs=1e-9
+    )
     # The whole of the eastern half, seen from −2.5 to 177.5°: its middle is 87.5°.
-    assert mean_fall_directions(cube)["mean_direction"].values == pytest.approx(87.5)
+    assert mean_fall_directions_and_axes_over_azimuths(cube)["mean_direction"].values == pytest.approx(87.5)
     xr.testing.assert_identical(cube_with_opposite_azimuths(cube), cube)
     block = cube.isel(record=0, height=0, b_over_h=0, friction=0)
     for case, expected in ((block, [1, 1, 0, 0]), (-block, [0, 0, 1, 1])):
@@ -330,7 +332,7 @@ def test_fall_probabilities_come_from_the_ensemble_where_it_was_run(
 
 def test_mean_axis_of_a_single_azimuth_is_that_azimuth(make_cube_from_fall_rules) -> None:
     cube = make_cube_from_fall_rules(lambda azimuth, *_rest: np.ones_like(azimuth), azimuth=(32,))
-    assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(32)
+    assert mean_fall_directions_and_axes_over_azimuths(cube)["mean_axis"].values == pytest.approx(32)
     assert (mean_fall_probability_over_directions(cube) == 1).all()
 
 

@@ -20,7 +20,7 @@ from overturning.statistics.earthquakes import (
 )
 from overturning.statistics.falls import (
     mean_cosine_and_sine_to_reference,
-    mean_fall_directions,
+    mean_fall_directions_and_axes_over_azimuths,
     mean_fall_probability_over_directions,
 )
 from overturning.statistics.illustrative import find_best_case_for_each_behaviour
@@ -75,7 +75,7 @@ def test_mean_directions_axes_and_shares_of_3d_falls_match_scipy_and_numpy() -> 
     assert isinstance(default_model_for_results_cube(cube), Body)
     means, shares = (
         of(cube, summed_dims=Body.case_dims_without_direction)
-        for of in (mean_fall_directions, mean_fall_probability_over_directions)
+        for of in (mean_fall_directions_and_axes_over_azimuths, mean_fall_probability_over_directions)
     )
     for record in range(len(EARTHQUAKE_NAMES_BY_RECORD)):
         angles = np.radians(fall_azimuths_of_record(cube, record))
@@ -101,7 +101,7 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     everywhere = with_members.assign(
         {name: with_members[name].fillna(0.5 * part) for name, part in zip(names, parts, strict=True)}
     )
-    found = mean_fall_directions(everywhere, summed_dims=Body.case_dims_without_direction)
+    found = mean_fall_directions_and_axes_over_azimuths(everywhere, summed_dims=Body.case_dims_without_direction)
     assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
     assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
     mixed = mean_fall_probability_over_directions(
@@ -167,8 +167,12 @@ def test_falls_random_within_their_ensemble_affect_neither_mean_nor_rose() -> No
     }  # fmt: skip
     weighed = nominal.assign({name: (DIMENSIONS, values) for name, values in means.items()})
     over = ("record", *Body.case_dims_without_direction)
-    assert float(mean_fall_directions(nominal, summed_dims=over)["mean_direction"]) == pytest.approx(75.0, abs=8.0)
-    assert float(mean_fall_directions(weighed, summed_dims=over)["mean_direction"]) == pytest.approx(30.0, abs=3.0)
+    assert float(
+        mean_fall_directions_and_axes_over_azimuths(nominal, summed_dims=over)["mean_direction"]
+    ) == pytest.approx(75.0, abs=8.0)
+    assert float(
+        mean_fall_directions_and_axes_over_azimuths(weighed, summed_dims=over)["mean_direction"]
+    ) == pytest.approx(30.0, abs=3.0)
     before, after = (fall_rose(one).mean_fall_share_by_sector for one in (nominal, weighed))
     assert before[8] == pytest.approx(0.5, abs=0.1)
     assert after[8] < 0.15

@@ -20,7 +20,7 @@ from overturning.statistics.elements import count_falls_of_two_stones, mean_shar
 from overturning.statistics.falls import (
     fall_counts_towards_azimuths,
     mask_of_blocks_for_direction_statistics,
-    mean_fall_directions,
+    mean_fall_directions_and_axes_over_azimuths,
     mean_fall_probability_over_directions,
     overturned_shares_by_record,
 )
@@ -101,7 +101,7 @@ STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE = {
 }
 STATISTICS_NEARLY_EQUAL_FOR_HALF_CIRCLE = {
     "shares": lambda cube: mean_fall_probability_over_directions(cube, summed_dims=BLOCK_PARAMETER_DIMENSIONS),
-    "means": lambda cube: mean_fall_directions(cube, summed_dims=BLOCK_PARAMETER_DIMENSIONS),
+    "means": lambda cube: mean_fall_directions_and_axes_over_azimuths(cube, summed_dims=BLOCK_PARAMETER_DIMENSIONS),
     "axes": fall_axes_from_fault_normal_by_earthquake,
     "prediction": predicted_azimuth_and_side_probabilities,
     "roses": rose_bar_heights,

@@ -26,13 +26,13 @@ SCANNED_BODY_SETTINGS = {
 
 def test_ensemble_members_vary_relief_and_orientation_only_on_request(tmp_path: Path) -> None:
     plain = draw_parameter_changes_of_members(EnsembleSettings(members=16))
-    assert not plain.varies_relief
+    assert not plain.varies_scanned_base_relief
     assert not plain.orientation_change_deg.any()
     assert {"relief", "orientation"}.isdisjoint(EnsembleSettings().model_dump())
     varied = draw_parameter_changes_of_members(
         EnsembleSettings.model_validate({"members": 64, "relief": {"low": 0.001, "high": 0.005}, "orientation": 5.0})
     )
-    assert varied.varies_relief
+    assert varied.varies_scanned_base_relief
     assert (varied.relief_m >= 0.001).all()
     assert (varied.relief_m <= 0.005).all()
     assert varied.relief_m.mean() == pytest.approx(0.003, abs=2e-4)

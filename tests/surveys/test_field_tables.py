@@ -141,7 +141,7 @@ def test_outcomes_count_as_fallen_standing_or_not_counted(
 ) -> None:
     table = write_and_read_survey_table(tmp_path, f"{header}\n{cells}\n")
     row = table.rows[0][1]
-    assert (row.counted_as, row.outcome_kinds) == (counted, kinds)
+    assert (row.counted_as, row.stated_outcomes) == (counted, kinds)
     assert [stone.fell for stone in table.counted_stones] == ([] if counted == "not counted" else [counted == "fell"])
     assert all(math.isnan(stone.fall_azimuth_deg) for stone in table.counted_stones if not stone.fell)
 

@@ -14,7 +14,7 @@ from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from verification.stability.cases import (
     ADVERSARIAL_MOTION_KINDS,
-    BlockCaseOfStabilityMap,
+    BlockCaseOfNumericalStabilityMap,
     cases_under_adversarial_motions,
     motion_of_case,
     space_filling_cases,
@@ -34,7 +34,7 @@ from verification.stability.maps import (
 )
 
 STEP_BUDGET = 100_000
-STABLE_CASE = BlockCaseOfStabilityMap(
+STABLE_CASE = BlockCaseOfNumericalStabilityMap(
     1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), "centred", "pulse", 80.0, 0.0
 )
 

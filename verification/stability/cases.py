@@ -38,7 +38,7 @@ SHARE_OF_CASES_WITH_VERTICAL_MOTION: Final = 1 / 3
 
 
 @dataclass(frozen=True)
-class BlockCaseOfStabilityMap:
+class BlockCaseOfNumericalStabilityMap:
     """One case of the map of stability: block, contact and motion, in SI units."""
 
     normal_stiffness_per_corner: float
@@ -80,7 +80,7 @@ _COLUMN_BY_PARAMETER: Final = {
     "peak_horizontal_acceleration": "peak", "requested_step_to_stable_step_ratio": "step_fraction",
     "motion_kind": "motion", "motion_period_in_samples": "period", "peak_upward_to_horizontal_ratio": "vertical",
 }  # fmt: skip
-"""Columns of the map with another name than the parameter of `BlockCaseOfStabilityMap`."""
+"""Columns of the map with another name than the parameter of `BlockCaseOfNumericalStabilityMap`."""
 
 
 def _log_interpolate(share_of_log_range: FloatArray, value_at_0: float, value_at_1: float) -> FloatArray:
@@ -88,7 +88,7 @@ def _log_interpolate(share_of_log_range: FloatArray, value_at_0: float, value_at
     return np.asarray(value_at_0 * (value_at_1 / value_at_0) ** share_of_log_range)
 
 
-def space_filling_cases(case_count: int, seed: int) -> list[BlockCaseOfStabilityMap]:
+def space_filling_cases(case_count: int, seed: int) -> list[BlockCaseOfNumericalStabilityMap]:
     """Return cases from a scrambled Sobol sequence (Owen 1998) over the ranges of the map.
 
     Stiffness, sizes, density and sampling interval are log-uniform; damping, friction and peak acceleration include 0.
@@ -119,7 +119,7 @@ def space_filling_cases(case_count: int, seed: int) -> list[BlockCaseOfStability
     schemes = np.where(u[9] < 0.8, "centred", "cundall")
     shapes = np.array(SPACE_FILLING_MOTION_KINDS)[(u[10] * len(SPACE_FILLING_MOTION_KINDS)).astype(int)]
     return [
-        BlockCaseOfStabilityMap(
+        BlockCaseOfNumericalStabilityMap(
             scheme=str(schemes[row]),
             motion_kind=str(shapes[row]),
             **{name: float(values[row]) for name, values in columns.items()},
@@ -128,7 +128,9 @@ def space_filling_cases(case_count: int, seed: int) -> list[BlockCaseOfStability
     ]
 
 
-def cases_under_adversarial_motions(case_count_per_adversarial_motion: int, seed: int) -> list[BlockCaseOfStabilityMap]:
+def cases_under_adversarial_motions(
+    case_count_per_adversarial_motion: int, seed: int
+) -> list[BlockCaseOfNumericalStabilityMap]:
     """Return cases under motions chosen to make the program fail: blocks of ordinary size on stiff contacts.
 
     Friction, damping and peak acceleration are from the whole ranges of `space_filling_cases`.
@@ -156,7 +158,7 @@ def cases_under_adversarial_motions(case_count_per_adversarial_motion: int, seed
     return rows
 
 
-def motion_of_case(case: BlockCaseOfStabilityMap, noise_random_seed: int) -> Motion:
+def motion_of_case(case: BlockCaseOfNumericalStabilityMap, noise_random_seed: int) -> Motion:
     """Return the motion of a case; `noise_random_seed` is the seed of its noise."""
     generator = np.random.Generator(np.random.PCG64([7, noise_random_seed]))
     peak, interval = case.peak_horizontal_acceleration, case.sampling_interval
@@ -213,7 +215,7 @@ class ParametersOfSceneCases:
     """Common and individual parameters of `CASE_COUNT_PER_SCENE_SETTING` cases of a scene that run together."""
 
     scene_name: str
-    common_parameters: BlockCaseOfStabilityMap
+    common_parameters: BlockCaseOfNumericalStabilityMap
     """Common contact, sizes and motion: height of the reference element, B/H as a factor on that of the scene, and peak
     before the amplitudes; the friction is not used."""
     static_penetration_to_width_ratio: float
@@ -260,7 +262,7 @@ def sample_parameters_of_scene_cases(
 
 def _draw_parameters_of_scene_cases(
     scene: str,
-    case: BlockCaseOfStabilityMap,
+    case: BlockCaseOfNumericalStabilityMap,
     generator: np.random.Generator,
     min_static_penetration_to_width_ratio: float = 1e-12,
     max_static_penetration_to_width_ratio: float = 0.5,

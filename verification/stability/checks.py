@@ -25,7 +25,7 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.stability.cases import BlockCaseOfStabilityMap
+from verification.stability.cases import BlockCaseOfNumericalStabilityMap
 
 RIGHT_ANGLE_RAD: Final = 0.5 * np.pi
 """Rotation that turns an upright face down, rad."""
@@ -148,12 +148,14 @@ def max_horizontal_to_apparent_gravity_ratio(motion: Motion) -> float:
     return float(np.max(np.abs(motion.north) / weight))
 
 
-def static_penetration(case: BlockCaseOfStabilityMap) -> float:
+def static_penetration(case: BlockCaseOfNumericalStabilityMap) -> float:
     """Return the static penetration δ = m g/(2 K_n), m."""
     return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.normal_stiffness_per_corner)
 
 
-def name_of_first_failed_block_check(case: BlockCaseOfStabilityMap, motion: Motion, results: CaseResults) -> str:
+def name_of_first_failed_block_check(
+    case: BlockCaseOfNumericalStabilityMap, motion: Motion, results: CaseResults
+) -> str:
     """Return the first failed check of a single block (see `name_of_first_failed_check`); empty if all hold.
 
     Falls below the threshold are checked only if µ is below half of B/H.

@@ -34,7 +34,7 @@ from verification.stability.cases import (
     ADVERSARIAL_MOTION_KINDS,
     CASE_COUNT_PER_SCENE_SETTING,
     ORIGINAL_PAPER_DASHPOT_N_S_PER_M,
-    BlockCaseOfStabilityMap,
+    BlockCaseOfNumericalStabilityMap,
     ParametersOfSceneCases,
     motion_of_case,
     scene_with_contact_law_of_case_parameters,
@@ -109,7 +109,7 @@ SCENE_COLUMN_LONG_NAMES_AND_UNITS: Final = _COMMON_COLUMN_LONG_NAMES_AND_UNITS |
 """Long name and unit of the columns of the map of scenes."""
 
 
-def contact_law_of_block_case(case: BlockCaseOfStabilityMap) -> Contact:
+def contact_law_of_block_case(case: BlockCaseOfNumericalStabilityMap) -> Contact:
     """Return the contact of a case of the map."""
     if np.isnan(case.heave_damping_ratio):
         return Contact(stiffness=case.normal_stiffness_per_corner, damping=ORIGINAL_PAPER_DASHPOT_N_S_PER_M)
@@ -117,7 +117,9 @@ def contact_law_of_block_case(case: BlockCaseOfStabilityMap) -> Contact:
 
 
 def simulate_and_check_block_case(
-    case: BlockCaseOfStabilityMap, case_index_and_noise_seed: int, max_block_steps: int = MAX_BLOCK_STEPS_PER_MAP_CASE
+    case: BlockCaseOfNumericalStabilityMap,
+    case_index_and_noise_seed: int,
+    max_block_steps: int = MAX_BLOCK_STEPS_PER_MAP_CASE,
 ) -> dict[str, Any]:
     """Run one case within a budget of block steps and check its answer; return a row of the map.
 
@@ -153,7 +155,9 @@ def simulate_and_check_block_case(
     }
 
 
-def _dimensionless_groups_of_block(case: BlockCaseOfStabilityMap, contact: Contact, motion: Motion) -> dict[str, float]:
+def _dimensionless_groups_of_block(
+    case: BlockCaseOfNumericalStabilityMap, contact: Contact, motion: Motion
+) -> dict[str, float]:
     """Return the dimensionless groups of a case of a block by name, such as damping ratio and Δt/Δt_stable."""
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
     normal, tangential, dashpot = contact.normal_shear_stiffness_and_damping_per_mass(width, height, case.density)
@@ -172,7 +176,7 @@ def _dimensionless_groups_of_block(case: BlockCaseOfStabilityMap, contact: Conta
 
 
 def _ratio_of_time_step_to_stable_step(
-    case: BlockCaseOfStabilityMap,
+    case: BlockCaseOfNumericalStabilityMap,
     largest_spring_eigenvalue_of_case: FloatArray,
     largest_dashpot_eigenvalue: FloatArray,
     sampling_interval: float,

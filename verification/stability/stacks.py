@@ -33,7 +33,7 @@ from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import (
     CASE_COUNT_PER_SCENE_SETTING,
     SPACE_FILLING_MOTION_KINDS,
-    BlockCaseOfStabilityMap,
+    BlockCaseOfNumericalStabilityMap,
     motion_of_case,
 )
 from verification.stability.checks import StabilityCheckVerdict
@@ -81,7 +81,7 @@ class ParametersOfStackCases:
     static_penetration_to_width_ratio: float
     """Static penetration over the width of each contact."""
     contact_damping_ratio: float
-    motion_parameters: BlockCaseOfStabilityMap
+    motion_parameters: BlockCaseOfNumericalStabilityMap
     """Kind, sampling interval and vertical component of a motion with a peak of 1 g."""
     friction_by_case: FloatArray
     amplitude_factor_by_case: FloatArray
@@ -148,7 +148,7 @@ def _generate_parameters_of_one_random_stack(generator: np.random.Generator) -> 
     depth = width * draw_log_uniform(0.5, 2.0, stones)
     height = np.maximum(np.minimum(width, depth) * draw_log_uniform(0.02, 6.0, stones), MIN_STONE_HEIGHT_M)
     kind = ("vertical above g", *SPACE_FILLING_MOTION_KINDS)[int(generator.integers(4))]
-    shaking = BlockCaseOfStabilityMap(
+    shaking = BlockCaseOfNumericalStabilityMap(
         normal_stiffness_per_corner=1.0, heave_damping_ratio=1.0, b_over_h=1.0, height=1.0, density=1.0, friction=1.0,
         scheme="centred", requested_step_to_stable_step_ratio=float("nan"),
         peak_horizontal_acceleration=STANDARD_GRAVITY, sampling_interval=float(draw_log_uniform(0.005, 0.05)),

@@ -101,11 +101,11 @@ class FallDirectionRelativeToFaultNormal(FindingBaseClass):
     """Alignment of the first group minus that of the second; None if there is one group."""
     neighbour_outcome_change_share_by_dimension: dict[str, OptionalNumber]
     """Share of neighbouring cells with different outcomes, by dimension."""
-    share_overturned_by_plane: list["OverturnedShareOfPlane"] = Field(default_factory=list)
+    share_overturned_by_plane: list["OverturnedShareInVerticalPlane"] = Field(default_factory=list)
     """Share of the cases that overturn in each plane; empty unless the planes are spread unevenly over the circle."""
 
 
-class OverturnedShareOfPlane(FindingBaseClass):
+class OverturnedShareInVerticalPlane(FindingBaseClass):
     """Share of the cases that overturn in one vertical plane, over all records and blocks."""
 
     azimuth_deg: float
@@ -213,7 +213,7 @@ def _plane_azimuths_modulo_180_deg(results: StudyResults) -> FloatArray:
     )
 
 
-def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfPlane]:
+def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareInVerticalPlane]:
     """Return the share of the cases that overturn in each vertical plane of a 2-D study."""
     falls, planes = overturning_indicator(results.reference_element_cube), _plane_azimuths_modulo_180_deg(results)
     others = [name for name in falls.dims if name != "azimuth"]
@@ -222,7 +222,7 @@ def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareOfP
     for plane in np.unique(planes):
         own = planes == plane
         share = float(fallen[own].sum() / known[own].sum()) if known[own].any() else math.nan
-        shares.append(OverturnedShareOfPlane(azimuth_deg=float(plane), share_overturned=share))
+        shares.append(OverturnedShareInVerticalPlane(azimuth_deg=float(plane), share_overturned=share))
     return shares
 
 

@@ -79,7 +79,7 @@ def assemble_record(
     motion above 5 g or 1000 cm/s or below 0.0001 g.
     """
     user_declared_properties = user_declared_properties or DeclaredFileProperties()
-    refusals = AssemblyRefusalCollector(trust_contradictions=user_declared_properties.trust_data)
+    refusals = AssemblyRefusalCollector(accept_contradictions=user_declared_properties.trust_data)
     name = components[0].file_name if components else record_id
     components, notes = _set_unknown_vertical_sense_or_omit_with_notes(
         components, user_declared_properties.vertical_sense

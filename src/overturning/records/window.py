@@ -27,9 +27,9 @@ MAX_STATION_COORDINATE_MISMATCH_KM = 1.0
 class AssemblyRefusalCollector(RecordRefusalReasonCollector):
     """Collector of reasons to refuse components as one record, and of contradictions the user accepts."""
 
-    def __init__(self, *, trust_contradictions: bool) -> None:
+    def __init__(self, *, accept_contradictions: bool) -> None:
         super().__init__()
-        self.trusts_contradictions = trust_contradictions
+        self.trusts_contradictions = accept_contradictions
         self.contradictions_accepted_with_trust_data: list[str] = []
 
     @property

@@ -66,10 +66,10 @@ def fall_counts_and_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> 
 def mean_fall_directions_and_axes_by_record(cube: xr.Dataset) -> xr.Dataset:
     """Compute mean direction and mean axis of falls under each record, over the blocks that direction statistics use.
 
-    For these blocks see `mask_of_blocks_for_direction_statistics`. The variables are those of `mean_fall_directions`,
-    and ``is_imposed``: True for a record whose unknown outcomes impose the axis
-    (`unknown_outcomes_may_bias_fall_axis`). All others are missing there, and if the planes of the cube impose the
-    axis (`plane_azimuths_alone_impose_fall_axis`). The cube is read in batches of records.
+    For these blocks see `mask_of_blocks_for_direction_statistics`. The variables are those of
+    `mean_fall_directions_and_axes_over_azimuths`, and ``is_imposed``: True for a record whose unknown outcomes impose
+    the axis (`unknown_outcomes_may_bias_fall_axis`). All others are missing there, and if the planes of the cube impose
+    the axis (`plane_azimuths_alone_impose_fall_axis`). The cube is read in batches of records.
     """
     model = default_model_for_results_cube(cube)
     of_batch = partial(

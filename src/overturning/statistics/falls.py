@@ -333,7 +333,7 @@ def sum_fall_vectors_over_directions(
     return xr.Dataset({**sums, "all_falls": all_falls}, weighted.drop_dims(dims).coords)
 
 
-def mean_fall_directions(
+def mean_fall_directions_and_axes_over_azimuths(
     cube: xr.Dataset, *, summed_dims: Sequence[str] = (), only_informative_blocks: bool = False
 ) -> xr.Dataset:
     """Compute the mean direction and the mean axis of falls over all azimuths (3-D: orientations).

@@ -14,7 +14,7 @@ from overturning.study.ensemble import MEMBERS_PER_BATCH, mask_of_narrow_fall_sh
 MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
 
-_CODE_FACTOR_OF_PLUS_1_FALL_COUNT: Final = MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION + MEMBERS_PER_BATCH + 1
+_CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1: Final = MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION + MEMBERS_PER_BATCH + 1
 
 RunCountArray = NDArray[np.intp]
 
@@ -97,7 +97,7 @@ def average_first_batch_statistic_over_run_orders(
     sums, made = orders * says, first
     while made <= min(runs.max(initial=0), MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION):
         ended = np.flatnonzero(runs == made)
-        places = fell.flat[ended] * _CODE_FACTOR_OF_PLUS_1_FALL_COUNT + back.flat[ended]
+        places = fell.flat[ended] * _CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1 + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
         i, j = _fall_counts_of_each_code(made)
@@ -113,11 +113,11 @@ def average_first_batch_statistic_over_run_orders(
 def _fall_counts_of_each_code(run_count: int) -> tuple[RunCountArray, RunCountArray]:
     """Return the numbers of runs that fall to +1 and to −1 for each code, an integer that encodes both numbers.
 
-    A code is the first number times `_CODE_FACTOR_OF_PLUS_1_FALL_COUNT`, plus the second; codes are 0 to `run_count`
-    × `_CODE_FACTOR_OF_PLUS_1_FALL_COUNT`.
+    A code is the first number times `_CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1`, plus the second; codes are 0 to
+    `run_count` × `_CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1`.
     """
     towards, away = np.divmod(
-        np.arange(run_count * _CODE_FACTOR_OF_PLUS_1_FALL_COUNT + 1), _CODE_FACTOR_OF_PLUS_1_FALL_COUNT
+        np.arange(run_count * _CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1 + 1), _CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1
     )
     return towards, away
 

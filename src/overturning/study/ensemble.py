@@ -87,7 +87,7 @@ class EnsembleParameterChanges:
     relief_m: FloatArray
 
     @property
-    def varies_relief(self) -> bool:
+    def varies_scanned_base_relief(self) -> bool:
         """True if the runs differ in relief, the height up to which points of a scanned stone's base bear."""
         return bool(np.isfinite(self.relief_m).all() and self.relief_m.size)
 
@@ -99,7 +99,7 @@ class EnsembleParameterChanges:
     @property
     def csv_column_names(self) -> tuple[str, ...]:
         """Columns of the CSV file: all of `FIELD_BY_CSV_COLUMN`, relief and orientation only if they vary."""
-        varies = {"relief": self.varies_relief, "orientation_deg": bool(self.orientation_change_deg.any())}
+        varies = {"relief": self.varies_scanned_base_relief, "orientation_deg": bool(self.orientation_change_deg.any())}
         return tuple(column for column in FIELD_BY_CSV_COLUMN if varies.get(column, True))
 
     @property
@@ -296,7 +296,10 @@ class EnsembleRunner:
     @property
     def ensemble_result_variables(self) -> tuple[OutcomeVariable, ...]:
         """Output variables with the ensemble results of each case, such as the probability of a fall."""
-        return (*self.model.ensemble_variables, *(RELIEF_ENSEMBLE_VARIABLES if self.members.varies_relief else ()))
+        return (
+            *self.model.ensemble_variables,
+            *(RELIEF_ENSEMBLE_VARIABLES if self.members.varies_scanned_base_relief else ()),
+        )
 
     def choose_cases_and_run_their_ensembles(
         self,
@@ -339,7 +342,7 @@ class EnsembleRunner:
             )
             sensor = members.azimuth_change_deg.reshape(-1, *(1,) * (azimuth.ndim - 2))
             found = self.model.ensemble_statistics_by_case(flags, azimuth - sensor, members.sobol_sequence_number)
-            if members.varies_relief:
+            if members.varies_scanned_base_relief:
                 found |= fall_shares_by_relief_variable_name(flags, members.above_median_relief_mask)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
@@ -358,11 +361,11 @@ class EnsembleRunner:
             of_batch = subtask_progress_callback(progress, index / len(batches), (index + 1) / len(batches))
             # Members with a relief of their own are other bodies, so each of them is run by itself.
             relief = self.members.relief_m
-            for own in batch[:, None] if self.members.varies_relief else [batch]:
+            for own in batch[:, None] if self.members.varies_scanned_base_relief else [batch]:
                 results = run_cases(
                     self._cases_for_each_cell_and_ensemble_member(grid, cell_indices[unsettled],
                     self.members.select_members(own)),
-                    of_batch, *([float(relief[own[0]])] if self.members.varies_relief else []),
+                    of_batch, *([float(relief[own[0]])] if self.members.varies_scanned_base_relief else []),
                 )  # fmt: skip
                 block_steps += int(results.block_steps.sum())
                 new = results.overturned.reshape(unsettled.size, own.size, *member_fall_flags.shape[2:])

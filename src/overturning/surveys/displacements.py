@@ -242,8 +242,8 @@ def compare_falls_shifts_and_twists(
 
 def _observed_stone_of_row(survey_table: SurveyTable, line_number: int, row: SurveyRow) -> _ObservedStone:
     """Return the stone of a row, with shift (m) and clockwise twist (degrees): 0 if none is stated, NaN if unknown."""
-    shift = row.shift_m if "shifted" in row.outcome_kinds else 0.0
-    twist = row.clockwise_twist_deg if "twisted" in row.outcome_kinds else 0.0
+    shift = row.shift_m if "shifted" in row.stated_outcomes else 0.0
+    twist = row.clockwise_twist_deg if "twisted" in row.stated_outcomes else 0.0
     return _ObservedStone(survey_table.create_stone_from_row(line_number, row), shift, twist)
 
 

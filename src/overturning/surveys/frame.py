@@ -77,7 +77,7 @@ def survey_data_frame(survey_table: SurveyTable) -> "pd.DataFrame":
         rows.append(
             {
                 **{name: getattr(row, name) for name in ("site", "stone", "kind")},
-                "outcome": ", ".join(row.outcome_kinds),
+                "outcome": ", ".join(row.stated_outcomes),
                 "counted_as": row.counted_as,
                 "azimuth_deg": stone.fall_azimuth_deg,
                 "azimuth_half_width_deg": stone.direction_uncertainty_half_width_deg if directed else float("nan"),

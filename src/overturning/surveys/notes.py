@@ -34,7 +34,7 @@ def notes_on_unused_stones_and_directions(
     reasons = Counter[str]()
     for _, row in line_numbers_and_survey_rows:
         if row.counted_as == "not counted":
-            reasons[next(kind for kind in OUTCOME_KINDS_NOT_COUNTED_AS_STANDING if kind in row.outcome_kinds)] += (
+            reasons[next(kind for kind in OUTCOME_KINDS_NOT_COUNTED_AS_STANDING if kind in row.stated_outcomes)] += (
                 row.count
             )
     if reasons:
@@ -43,7 +43,7 @@ def notes_on_unused_stones_and_directions(
     moved = [
         line
         for line, row in line_numbers_and_survey_rows
-        if "fell" not in row.outcome_kinds and math.isfinite(row.fall_direction.azimuth_deg)
+        if "fell" not in row.stated_outcomes and math.isfinite(row.fall_direction.azimuth_deg)
     ]
     if moved:
         yield f"the direction of a stone that did not fall is not used: {label_of_line_numbers(moved)}"

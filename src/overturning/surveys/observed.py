@@ -132,7 +132,7 @@ def _summarise_observed_falls(
     reasons = Counter[str]()
     for _, row in survey_table.rows:
         if row.counted_as == "not counted":
-            reasons[next(kind for kind in OUTCOME_KINDS_NOT_COUNTED_AS_STANDING if kind in row.outcome_kinds)] += (
+            reasons[next(kind for kind in OUTCOME_KINDS_NOT_COUNTED_AS_STANDING if kind in row.stated_outcomes)] += (
                 row.count
             )
     share_fell, share_stones = fallen_and_all_stone_counts(stones_of_sites_with_standing_stones(stones))
@@ -146,7 +146,7 @@ def _summarise_observed_falls(
         fell=sum(stone.stone_count for stone in stones if stone.fell),
         stands=sum(stone.stone_count for stone in stones if not stone.fell),
         standing_shifted_or_twisted=survey_table.count_stones(
-            lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.outcome_kinds))
+            lambda row: row.counted_as == "stands" and bool({"shifted", "twisted"} & set(row.stated_outcomes))
         ),
         uncounted_stones_by_reason=dict(reasons),
         fell_in_unknown_direction=sum(

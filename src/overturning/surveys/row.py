@@ -218,7 +218,7 @@ class SurveyRow(BaseModel):
                 {"azimuth_deg", "octant", "outcome"},
                 "outcome: the direction is not known, but azimuth_deg or octant gives one; empty one of them",
             )
-        if not (self.outcome_kinds or directed):
+        if not (self.stated_outcomes or directed):
             yield (
                 {"fell", "outcome", "azimuth_deg", "octant", "shift_cm", "shift_mm", "twist_deg"},
                 "fell: empty, and no direction; write no for a stone that stood, yes for one that fell in an unknown "
@@ -253,7 +253,7 @@ class SurveyRow(BaseModel):
             )
 
     @property
-    def outcome_kinds(self) -> tuple[OutcomeKind, ...]:
+    def stated_outcomes(self) -> tuple[OutcomeKind, ...]:
         """Outcomes of the stone in this row, such as "fell" or "shifted", from all columns that state one."""
         unmoved = {"shifted": self.shift_m == 0.0, "twisted": self.clockwise_twist_deg == 0.0}
         kinds: list[OutcomeKind] = [kind for kind in self.outcome.kinds if not unmoved.get(kind)]
@@ -278,9 +278,9 @@ class SurveyRow(BaseModel):
         A stone that is fixed to its base does not count. Any other stone that fell counts as fallen, also if it broke
         or was repaired later. Otherwise broken and repaired stones do not count, and shifted and twisted ones stand.
         """
-        if "fixed" not in self.outcome_kinds and "fell" in self.outcome_kinds:
+        if "fixed" not in self.stated_outcomes and "fell" in self.stated_outcomes:
             return "fell"
-        return "not counted" if set(self.outcome_kinds) & set(OUTCOME_KINDS_NOT_COUNTED_AS_STANDING) else "stands"
+        return "not counted" if set(self.stated_outcomes) & set(OUTCOME_KINDS_NOT_COUNTED_AS_STANDING) else "stands"
 
     @property
     def fall_direction(self) -> StatedDirection:

@@ -6,7 +6,7 @@ from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 
 
-class BlockCaseTableColumns(NamedTuple):
+class BlockCaseTableRow(NamedTuple):
     """Parameters of a block case.
 
     Columns of the kernel's input table, followed by those of `CaseStepLengthsAndDoublingCounts`.
@@ -46,7 +46,7 @@ class BlockCaseTableColumns(NamedTuple):
     """Horizontal acceleration over g up to which the block stays at rest."""
 
 
-class BlockResultTableColumns(NamedTuple):
+class BlockResultTableRow(NamedTuple):
     """Results of a block case: columns of the kernel's table of results."""
 
     status: float
@@ -71,7 +71,7 @@ class BlockResultTableColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-class BlockTrajectoryRowColumns(NamedTuple):
+class BlockTrajectoryTableRow(NamedTuple):
     """Time, pose, velocities and ground acceleration of a block: columns of its trajectory."""
 
     time: float
@@ -92,12 +92,12 @@ class BlockTrajectoryRowColumns(NamedTuple):
     """Ground acceleration, m/s²."""
 
 
-CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockCaseTableColumns, CaseStepLengthsAndDoublingCounts)
-RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockResultTableColumns)
-TRAJECTORY_ROW_DTYPE: Final = table_dtype_of_named_tuples(BlockTrajectoryRowColumns)
+CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockCaseTableRow, CaseStepLengthsAndDoublingCounts)
+RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BlockResultTableRow)
+TRAJECTORY_ROW_DTYPE: Final = table_dtype_of_named_tuples(BlockTrajectoryTableRow)
 
 
-class RigidRockingBlockCaseTableColumns(NamedTuple):
+class RigidRockingBlockCaseTableRow(NamedTuple):
     """Parameters of a case of the rigid rocking block: columns of the kernel's input table."""
 
     sine_of_critical_angle: float
@@ -124,4 +124,4 @@ class RigidRockingBlockCaseTableColumns(NamedTuple):
     """Cosine of α − |θ₀|."""
 
 
-RIGID_CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(RigidRockingBlockCaseTableColumns)
+RIGID_CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(RigidRockingBlockCaseTableRow)

@@ -77,7 +77,9 @@ load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.
     BodyEnergyAndMomentumAccount
 )
 load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_rejection, store_rejection, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectedAndSameContactStateFlags)
+load_rejection, store_step_rejection_flags, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    StepRejectedAndSameContactStateFlags
+)
 load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load
 load_predicted_body, store_predicted_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
 load_force_sums_and_derivatives, store_force_sums_and_derivatives, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
@@ -301,7 +303,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         accepted = BodyAfterAcceptedStep(s, load_peaks(body_states, j), load_energy_account(body_states, j))
         accepted = complete_body_step(body, accepted, w, d, t, most.largest_penetration, attempt.length_in_ticks)
         store_next_step_to_attempt(body_states, j, following)
-        store_rejection(
+        store_step_rejection_flags(
             body_states, j, StepRejectedAndSameContactStateFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
         )
         store_state_unless_rejected(body_states, j, again, accepted.state)

@@ -35,7 +35,7 @@ from overturning.dem.body.state import (
     LoadedBaseMotionSampleNumber,
     inertial_accelerations_until_next_sample,
 )
-from overturning.dem.body.vectors import normalise_quaternion, rotation_matrix
+from overturning.dem.body.vectors import renormalise_nearly_unit_quaternion, rotation_matrix
 from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO,
@@ -207,7 +207,7 @@ def advance_sample_and_load_base_motion(
     scale = 1.0 / queue_settings.ticks_per_sample
     for j in range(assume_vector_multiple(lane_count)):
         s = load_state(body_states, j)
-        store_rotation_quaternion(body_states, j, normalise_quaternion(s.rotation))
+        store_rotation_quaternion(body_states, j, renormalise_nearly_unit_quaternion(s.rotation))
         begun = continuation_sample_tick_and_last_upright_time(
             load_case_progress(body_states, j),
             s.ticks_since_sample_start,

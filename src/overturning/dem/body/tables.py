@@ -13,7 +13,7 @@ from overturning.model.solid import RigidSolid
 from overturning.model.tipping import FALL_TILT_TO_RESTING_TILT_RATIO
 
 
-class BodyInitialStateTableColumns(NamedTuple):
+class BodyInitialStateTableRow(NamedTuple):
     """Initial pose and velocities of a body: columns of the kernel's table of cases.
 
     The axis x points towards the azimuth of the orientation, y left of x, z up.
@@ -40,7 +40,7 @@ class BodyInitialStateTableColumns(NamedTuple):
     wz: float
 
 
-class BodyCaseTableColumns(NamedTuple):
+class BodyCaseTableRow(NamedTuple):
     """Parameters of a case of a 3-D body: columns of the kernel's table of cases, among others."""
 
     point_normal_stiffness_per_mass: float
@@ -65,7 +65,7 @@ class BodyCaseTableColumns(NamedTuple):
     """Sample at which the case ends as undecided."""
 
 
-class BodyConstantTableColumns(NamedTuple):
+class BodyConstantTableRow(NamedTuple):
     """Constants of a solid body of one size: columns of the kernel's table of bodies."""
 
     mass_over_inertia_xx: float
@@ -98,7 +98,7 @@ class BodyConstantTableColumns(NamedTuple):
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
 
 
-class BodyResultTableColumns(NamedTuple):
+class BodyResultTableRow(NamedTuple):
     """Results of a case of a 3-D body: columns of the kernel's table of results."""
 
     status: float
@@ -131,28 +131,28 @@ class BodyResultTableColumns(NamedTuple):
     qz_at_end: float
 
 
-class BaseAccelerationTrajectoryColumns(NamedTuple):
-    """Base acceleration, m/s², in a row of a trajectory, in the body's frame (see `BodyInitialStateTableColumns`)."""
+class BaseAccelerationPartOfTrajectoryRow(NamedTuple):
+    """Base acceleration, m/s², in a row of a trajectory, in the body's frame (see `BodyInitialStateTableRow`)."""
 
     base_acceleration_x: float
     base_acceleration_y: float
     base_acceleration_z: float
 
 
-INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
+INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableRow)
 CASE_TABLE_DTYPE: Final = np.dtype(
     [
         ("body", "i8"),
-        *table_dtype_of_named_tuples(BodyCaseTableColumns, CaseStepLengthsAndDoublingCounts).descr,
+        *table_dtype_of_named_tuples(BodyCaseTableRow, CaseStepLengthsAndDoublingCounts).descr,
         ("start", INITIAL_STATE_DTYPE),
     ]
 )
-BODY_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BodyConstantTableColumns)
-RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BodyResultTableColumns)
+BODY_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BodyConstantTableRow)
+RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(BodyResultTableRow)
 TRAJECTORY_ROW_DTYPE: Final = np.dtype(
     [
         ("time", "f8"),
-        *table_dtype_of_named_tuples(BodyInitialStateTableColumns, BaseAccelerationTrajectoryColumns).descr,
+        *table_dtype_of_named_tuples(BodyInitialStateTableRow, BaseAccelerationPartOfTrajectoryRow).descr,
     ]
 )
 

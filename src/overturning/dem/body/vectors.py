@@ -176,7 +176,7 @@ def rotate_quaternion(initial_rotation: Quaternion, duration_s: float, angular_v
 
 
 @njit(**INLINE_OPTIONS)
-def normalise_quaternion(q: Quaternion) -> Quaternion:
+def renormalise_nearly_unit_quaternion(q: Quaternion) -> Quaternion:
     """Return a quaternion of nearly unit length scaled to length 1."""
     unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
     return Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit)

@@ -21,7 +21,7 @@ from overturning.model.geometry import (
 )
 
 
-class SceneCaseTableColumns(NamedTuple):
+class SceneCaseTableRow(NamedTuple):
     """Parameters of a case of a 2-D scene.
 
     Columns of the kernel's input table, before those of `CaseStepLengthsAndDoublingCounts`.
@@ -45,7 +45,7 @@ class SceneCaseTableColumns(NamedTuple):
     """Sample up to which a decided case is computed on, for the path of its fallen elements; 0: it ends at once."""
 
 
-class ElementFallAndSupportColumns(NamedTuple):
+class ElementFallAndSupportTableRow(NamedTuple):
     """Fall limits, support and overturning energy of each element: columns of the scene kernel's table of elements."""
 
     is_free: float
@@ -66,7 +66,7 @@ class ElementFallAndSupportColumns(NamedTuple):
     """Energy needed to overturn the element, J."""
 
 
-class SceneTerminationLimitColumns(NamedTuple):
+class ScenePenetrationAndEnergyLimits(NamedTuple):
     """Limits for a scene of one size: penetration at which a case fails, and energies that decide whether it ends."""
 
     max_penetration: float
@@ -79,7 +79,7 @@ class SceneTerminationLimitColumns(NamedTuple):
     """Least energy by which the error of the energy balance is divided, J."""
 
 
-class SceneResultTableColumns(NamedTuple):
+class SceneResultTableRow(NamedTuple):
     """Results of a case of a 2-D scene: columns of the kernel's table of results, one row per case."""
 
     status: float
@@ -109,10 +109,10 @@ class ElementResultRow(NamedTuple):
     """Signed slip of the base on its support at the end of the case, m."""
 
 
-CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableColumns, CaseStepLengthsAndDoublingCounts)
-ELEMENT_FALL_AND_SUPPORT_DTYPE: Final = table_dtype_of_named_tuples(ElementFallAndSupportColumns)
-TERMINATION_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(SceneTerminationLimitColumns)
-RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneResultTableColumns)
+CASE_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneCaseTableRow, CaseStepLengthsAndDoublingCounts)
+ELEMENT_FALL_AND_SUPPORT_DTYPE: Final = table_dtype_of_named_tuples(ElementFallAndSupportTableRow)
+TERMINATION_LIMITS_DTYPE: Final = table_dtype_of_named_tuples(ScenePenetrationAndEnergyLimits)
+RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(SceneResultTableRow)
 ELEMENT_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementResultRow)
 
 MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_SIDE: Final = 1e-9

@@ -49,7 +49,7 @@ from overturning.dem.stack.access import (
     store_next_step_to_attempt,
     store_peaks_unless_rejected,
     store_point_state_at_step_start_unless_rejected,
-    store_rejection,
+    store_step_rejection_flags,
     store_stone_state_unless_rejected,
 )
 from overturning.dem.stack.joint_state import JOINT_ROW_LAYOUT, JointAtStepStartAndEnd
@@ -103,7 +103,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
             ticks_per_sample,
         )
         store_next_step_to_attempt(case_rows, j, following)
-        store_rejection(
+        store_step_rejection_flags(
             case_rows, j, StepRejectedAndSameContactStateFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
         )
         store_clock_within_sample(

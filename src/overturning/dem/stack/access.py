@@ -78,7 +78,9 @@ load_gravity_and_inertial_acceleration, store_gravity_and_inertial_acceleration,
 load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPowerLossAndLostSpringEnergy
 )
-load_rejection, store_rejection, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StepRejectedAndSameContactStateFlags)
+load_rejection, store_step_rejection_flags, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    StepRejectedAndSameContactStateFlags
+)
 load_rest_flag_and_limits, store_rest_flag_and_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     StackRestFlagAndLimits
 )

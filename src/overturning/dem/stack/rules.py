@@ -11,7 +11,7 @@ from overturning.dem.body.state import (
     LoadedBaseMotionSampleNumber,
     inertial_accelerations_until_next_sample,
 )
-from overturning.dem.body.vectors import normalise_quaternion
+from overturning.dem.body.vectors import renormalise_nearly_unit_quaternion
 from overturning.dem.kernel.ending import CaseProgress, continuation_sample_tick_and_last_upright_time
 from overturning.dem.kernel.ground import (
     BaseAccelerationsWithMaximaAhead,
@@ -154,7 +154,7 @@ def advance_sample_and_load_base_motion(
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
         for j in range(assume_vector_multiple(lane_count)):
-            store_rotation(rows, j, normalise_quaternion(load_stone_state(rows, j).rotation))
+            store_rotation(rows, j, renormalise_nearly_unit_quaternion(load_stone_state(rows, j).rotation))
             then = (
                 load_case_progress(stack_states, j).current_sample + rows[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] * scale
             ) * interval

@@ -4,14 +4,14 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from overturning.dem.body.tables import BodyInitialStateTableColumns
+from overturning.dem.body.tables import BodyInitialStateTableRow
 from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts
 from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.stack.joint_state import JointConstants
 from overturning.dem.stack.state import StoneConstants
 
 
-class StackCaseTableColumns(NamedTuple):
+class StackCaseTableRow(NamedTuple):
     """Parameters of a case of a 3-D stack.
 
     Columns of the kernel's table, before those of `CaseStepLengthsAndDoublingCounts`.
@@ -58,7 +58,7 @@ class JointLoadAtRest(NamedTuple):
     """Mean distance of the normal forces from the centre of pressure, m."""
 
 
-class StoneResultTableColumns(NamedTuple):
+class StoneResultTableRow(NamedTuple):
     """Results of one stone of a 3-D stack: columns of the kernel's table, one row per case and stone."""
 
     fallen: float
@@ -83,7 +83,7 @@ class StoneResultTableColumns(NamedTuple):
     stone_axis_unit_vector_y_at_end: float
 
 
-class StackResultTableColumns(NamedTuple):
+class StackResultTableRow(NamedTuple):
     """Results of a case of a 3-D stack: columns of the kernel's table, one row per case."""
 
     status: float
@@ -98,9 +98,9 @@ class StackResultTableColumns(NamedTuple):
     """Number of samples that were skipped at rest."""
 
 
-INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableColumns)
+INITIAL_STATE_DTYPE: Final = table_dtype_of_named_tuples(BodyInitialStateTableRow)
 CASE_TABLE_DTYPE: Final = np.dtype(
-    [("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableColumns, CaseStepLengthsAndDoublingCounts).descr]
+    [("stack", "i8"), *table_dtype_of_named_tuples(StackCaseTableRow, CaseStepLengthsAndDoublingCounts).descr]
 )
 STONE_TABLE_DTYPE: Final = np.dtype(
     [
@@ -119,5 +119,5 @@ STONE_TABLE_DTYPE: Final = np.dtype(
     + [("start", INITIAL_STATE_DTYPE)]
 )
 JOINT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(JointConstants, JointLoadAtRest)
-RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StackResultTableColumns)
-STONE_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StoneResultTableColumns)
+RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StackResultTableRow)
+STONE_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(StoneResultTableRow)

@@ -624,7 +624,9 @@ def test_options_have_the_same_names_in_commands_python_and_studies() -> None:
 
     study, body, contact = (set(one.model_fields) for one in (Study, BodyShapeSettings, ContactSettings))
     assert (
-        dataclass_field_names(declared.BodyOptions, declared.PlanarModelOptions, declared.StoneOptions)
+        dataclass_field_names(
+            declared.BodyOptionsOfCommandOne, declared.PlanarOptionsOfCommandOne, declared.StoneOptionsOfCommandOne
+        )
         <= study | body | contact
     )
     assert dataclass_field_names(declared.RecordFileOptions) == {*FilePropertiesInTableRow.model_fields}

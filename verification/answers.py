@@ -60,7 +60,7 @@ def _fault_normal_alignment_rows(study_findings: Findings) -> Iterator[QuantityV
 def _velocity_and_fault_alignment_rows(study_findings: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield rows for each group of records: alignment of the falls with the peak velocity and with the fault normal."""
     for group in study_findings.reference_alignments:
-        axes = {one.reference: one for one in group.references if one.alignment_kind == "axis"}
+        axes = {one.reference: one for one in group.references if one.axis_or_direction == "axis"}
         for name in ("peak velocity", "fault normal"):
             yield _finding_row(
                 f"alignment with the {name}, {_short_group_name(group.record_group)}",

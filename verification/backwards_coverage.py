@@ -20,7 +20,7 @@ import typer
 from overturning.arrays import FloatArray
 from overturning.dem.run import simulate_cases
 from overturning.findings.inferred_motion import inferred_motion_findings
-from overturning.findings.survey_commands import SurveyCommandResults
+from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
 from overturning.model.cases import Cases
 from overturning.model.shapes import Cylinder, RectangularPrism
 from overturning.report.drawings import write_ground_motion_posterior_figure
@@ -309,7 +309,8 @@ def draw_ruin_motion_figure_and_return_markdown(threads: int) -> str:
     fit = f"The check whether any motion of the library fits the survey has the p-value {p_value:.2g}."
     tree = parse_markdown_and_number_figures_and_tables(
         render_template_as_markdown(
-            SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, stones)]), template_name="motions"
+            ResultsPrintedBySurveyCommands(inferred_motions=[inferred_motion_findings(result, stones)]),
+            template_name="motions",
         )
     )
     return "\n".join(wrap_text(text, "- ") for text in (*plain_text_of_uncollapsed_paragraphs(tree), fit))

@@ -29,15 +29,15 @@ def join_results(group_results: Sequence[CaseResults]) -> CaseResults:
 
 
 def run_case_groups(
-    case_groups: Sequence[CaseGroup], trial_count: int = 1, **settings: Any
+    case_groups: Sequence[CaseGroup], repetition_count: int = 1, **settings: Any
 ) -> ResultsWithProcessorTime:
     """Run groups of cases after a warm-up run; return the joined results and the minimum processor time, s.
 
-    Each group is run `trial_count` times; `settings` are those of `run_cases`.
+    Each group is run `repetition_count` times; `settings` are those of `run_cases`.
     """
     found, seconds = run_and_measure_min_processor_time(
         lambda: [run_cases(group.motion, group.cases, **settings) for group in case_groups],
-        trial_count,
+        repetition_count,
         lambda: run_cases(*case_groups[0], **settings),
     )
     return ResultsWithProcessorTime(join_results(found), seconds)
@@ -96,7 +96,7 @@ def neighbours_have_same_flag(flags: Flags) -> NDArray[np.bool_]:
     return np.asarray(agree)
 
 
-class ResultDifference(NamedTuple):
+class DifferencesFromReferenceResults(NamedTuple):
     """Differences between results and a reference: changed flags and sides, rotation errors, and cost."""
 
     counts_of_all_cases: OutcomeDifferenceCounts
@@ -137,7 +137,7 @@ class ResultDifference(NamedTuple):
 
 def differences_from_reference_results(
     results: CaseResults, reference_results: CaseResults, case_grid_shape: Sequence[int] = ()
-) -> ResultDifference:
+) -> DifferencesFromReferenceResults:
     """Compare results with reference results of the same cases.
 
     With `case_grid_shape`, the shape of the grid of cases (one size may be -1), differences are also counted in the
@@ -150,7 +150,7 @@ def differences_from_reference_results(
         else np.zeros(right.size, bool)
     )
     moves = reference_results.status != CaseStatus.AT_REST
-    return ResultDifference(
+    return DifferencesFromReferenceResults(
         count_outcome_differences(right, flags),
         count_outcome_differences(right[firm], flags[firm]),
         count_outcome_differences(right[moves], flags[moves]),

@@ -231,7 +231,7 @@ def table_of_errors_and_run_time_by_step() -> str:
     """
     chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), three_tier_scene_and_cases()[1], []
     settings = [{"time_step": step, "leave_out": False} for step in (*chosen, "0.05 stable")]
-    found = run_case_groups_in_subprocess([group], settings, scene_name="three-tier", trial_count=2)
+    found = run_case_groups_in_subprocess([group], settings, scene_name="three-tier", repetition_count=2)
     exact = found[-1].results
     for step, (results, seconds) in zip(chosen, found, strict=False):
         stands = (exact.overturned == 0) & (results.overturned == 0)

@@ -62,7 +62,8 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
         turned = (
             "–"
             if one.median_angle_to_fall_axis_without_soil_deg is None
-            else f"{one.median_angle_to_fall_axis_without_soil_deg:.0f}° ({one.records_with_both_fall_axes})"
+            else f"{one.median_angle_to_fall_axis_without_soil_deg:.0f}° "
+            f"({one.records_with_fall_axis_with_and_without_soil})"
         )
         fall_rates = [f"{100 * (rate or 0.0):.0f} %" for rate in (one.mean_fall_rate, one.median_fall_rate)]
         pga = (one.median_pga_m_s2 or 0.0) / STANDARD_GRAVITY
@@ -82,7 +83,7 @@ def markdown_by_marker(results: StudyResults) -> dict[str, str]:
                 text += (
                     f" The axis of the falls on “{ground_name(one)}” differs from the axis on rock by "
                     f"{one.median_angle_to_fall_axis_without_soil_deg:.0f}° (median over "
-                    f"{one.records_with_both_fall_axes} records)."
+                    f"{one.records_with_fall_axis_with_and_without_soil} records)."
                 )
             answers.append(text)
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")

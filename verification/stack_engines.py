@@ -60,9 +60,9 @@ class TopmostStoneOutcome(NamedTuple):
     """Time at which the first stone counts as fallen, s; NaN if all stand."""
     lowest_stone_index_at_first_fall: int
     """Index of the lowest stone that counts as fallen at that time; -1 if all stand."""
-    tilt_at_fall_or_topmost_peak_tilt_deg: float
+    first_fallen_stone_tilt_or_topmost_peak_deg: float
     """Tilt of the fallen stone at that time, degrees; the largest tilt of the topmost stone if all stand."""
-    max_slip_while_stone_upright: float
+    largest_slip_of_any_upright_stone: float
     """Largest horizontal distance of a base from the centre of the face below while that stone stands upright, m."""
     max_corner_penetration: float
     """Largest depth of a corner of a base below the face that it stands on, m: an error of the solver's contacts."""

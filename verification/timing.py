@@ -32,7 +32,7 @@ class ResultsWithProcessorTime(NamedTuple):
 
 
 def run_and_measure_min_processor_time(
-    computation: Callable[[], Result], trial_count: int = 3, warm_up: Callable[[], object] | None = None
+    computation: Callable[[], Result], repetition_count: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
     """Run a computation several times; return its result and minimum processor time, s.
 
@@ -40,16 +40,16 @@ def run_and_measure_min_processor_time(
     """
     (warm_up or computation)()
     times: list[float] = []
-    while len(times) < trial_count and sum(times) < TOTAL_PROCESSOR_TIME_TO_STOP_REPEATS_S:
+    while len(times) < repetition_count and sum(times) < TOTAL_PROCESSOR_TIME_TO_STOP_REPEATS_S:
         begin = time.process_time()
         result = computation()
         times.append(time.process_time() - begin)
     return result, min(times)
 
 
-def minimum_processor_time(computation: Callable[[], object], trial_count: int = 3) -> float:
+def minimum_processor_time(computation: Callable[[], object], repetition_count: int = 3) -> float:
     """Return the minimum processor time of several runs of a computation after a warm-up, s, all threads added."""
-    return run_and_measure_min_processor_time(computation, trial_count)[1]
+    return run_and_measure_min_processor_time(computation, repetition_count)[1]
 
 
 def run_python_program_and_measure_cpu_time(
@@ -110,7 +110,7 @@ def run_case_groups_in_subprocess(
     checkout_folder: Path = ROOT,
     statements_before_import: str = "",
     scene_name: str = "",
-    trial_count: int = 1,
+    repetition_count: int = 1,
     **environment: str,
 ) -> list[ResultsWithProcessorTime]:
     """Run groups of cases with each of several settings in a separate process.
@@ -127,7 +127,7 @@ def run_case_groups_in_subprocess(
         Statements to execute before the kernel is imported.
     scene_name : str
         Name of a shipped scene; empty: a single block.
-    trial_count : int
+    repetition_count : int
         Number of timed runs; the minimum counts.
     **environment : str
         Environment variables of the process.
@@ -144,7 +144,7 @@ def run_case_groups_in_subprocess(
         "scene": scene_name,
         "root": str(ROOT),
         "groups": len(groups),
-        "repeats": trial_count,
+        "repeats": repetition_count,
     }
     with tempfile.TemporaryDirectory() as scratch:
         given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"

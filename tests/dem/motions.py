@@ -20,7 +20,7 @@ PLAN_FIELDS_PER_CASE = (
     "stays_at_rest",
     "has_too_soft_contacts",
     "case_table",
-    "orientation_cosines_north_east",
+    "orientation_unit_vector_north_east",
 )
 
 
@@ -39,9 +39,12 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
     plan = replace(
         plans[0],
         cases=Cases(*(np.tile(getattr(cases, item.name), len(plans)) for item in fields(cases))),
-        base_accelerations=np.concatenate([one.base_accelerations for one in plans]),
+        base_accelerations_by_direction=np.concatenate([one.base_accelerations_by_direction for one in plans]),
         motion_row_by_case=np.concatenate(
-            [one.motion_row_by_case + number * len(one.base_accelerations) for number, one in enumerate(plans)]
+            [
+                one.motion_row_by_case + number * len(one.base_accelerations_by_direction)
+                for number, one in enumerate(plans)
+            ]
         ),
         **{name: np.concatenate([getattr(one, name) for one in plans]) for name in columns},
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.kernel import balance
-from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
+from overturning.dem.numerics import BODY_STEP_COST_IN_BLOCK_STEPS, ELEMENT_STEP_COST_IN_BLOCK_STEPS, NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.dem.trajectory import trajectory
@@ -268,9 +268,9 @@ def test_a_case_ends_when_its_step_budget_is_used_up() -> None:
     assert stones.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert stones.overturned.tolist() == [[-128] * 3]
     assert (
-        budget / BLOCK_STEP_COST_OF_ELEMENT_STEP
+        budget / ELEMENT_STEP_COST_IN_BLOCK_STEPS
         <= stones.block_steps.item()
-        < budget / BLOCK_STEP_COST_OF_ELEMENT_STEP + 3 * steps
+        < budget / ELEMENT_STEP_COST_IN_BLOCK_STEPS + 3 * steps
     )
     body = Cases(20.0, 0.6, 0.3, 1.0)
     solid, steps = (
@@ -279,9 +279,9 @@ def test_a_case_ends_when_its_step_budget_is_used_up() -> None:
     )
     assert solid.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert (
-        budget / BLOCK_STEP_COST_OF_BODY_STEP
+        budget / BODY_STEP_COST_IN_BLOCK_STEPS
         <= solid.block_steps.item()
-        < budget / BLOCK_STEP_COST_OF_BODY_STEP + steps
+        < budget / BODY_STEP_COST_IN_BLOCK_STEPS + steps
     )
 
 
@@ -298,7 +298,7 @@ def test_a_slab_rattling_under_a_million_times_heavier_stone_exceeds_its_budget(
     wave = 8.0 * np.sin(12.0 * np.arange(600) * 0.01)
     motion = Motion(wave, 0 * wave, sampling_interval=0.01)
     found = simulate_cases(
-        scene, motion, Cases(0.0, 0.1, 5.0, 1.0), NumericalOptions(budget=BLOCK_STEP_COST_OF_ELEMENT_STEP * 200_000)
+        scene, motion, Cases(0.0, 0.1, 5.0, 1.0), NumericalOptions(budget=ELEMENT_STEP_COST_IN_BLOCK_STEPS * 200_000)
     )
     assert found.status.tolist() == [CaseStatus.OVER_BUDGET]
     assert found.block_steps.item() < 201_000

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.block.tables import TRAJECTORY_ROW_DTYPE
-from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
+from overturning.dem.numerics import ELEMENT_STEP_COST_IN_BLOCK_STEPS, NumericalOptions
 from overturning.dem.polygon.plan import plan_scene_simulation
 from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
@@ -83,7 +83,7 @@ def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() 
         seen += sides.size > 2
         plan = plan_scene_simulation(model, motion, one, numerics)
         budget = (
-            BLOCK_STEP_COST_OF_ELEMENT_STEP * end * int(plan.steps_per_sample[0])
+            ELEMENT_STEP_COST_IN_BLOCK_STEPS * end * int(plan.steps_per_sample[0])
         )  # stop at the end of the comparison
         plan = replace(plan, numerics=replace(numerics, budget=budget))
         _, general = plan.simulate_cases_of_group(first, counter, np.zeros((motion.sample_count, 14)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
+from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingLimits, prepare_scene
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.scene import Scene
@@ -202,7 +202,9 @@ def test_stacks_of_two_blocks_lift_off_at_the_static_threshold(
     assert first["lower" if index == "upper" else "upper"] > 1.02 * first[index]
 
 
-def _largest_gap_of_lower_corners_to_block_below(prepared: PreparedScene, pose: np.ndarray, index: int) -> float:
+def _largest_gap_of_lower_corners_to_block_below(
+    prepared: SceneEquilibriumStiffnessAndRockingLimits, pose: np.ndarray, index: int
+) -> float:
     """Return the gap (m) between the higher of a block's lower corners and the upper face of the block below."""
     item, below = prepared.elements[index], prepared.elements[index - 1]
     gaps = []

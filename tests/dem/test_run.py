@@ -152,7 +152,9 @@ def test_mirrored_outcomes_for_the_opposite_azimuth_change_sign() -> None:
 def test_a_trajectory_beyond_its_record_is_computed_in_a_single_run(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[int]()
     monkeypatch.setattr(
-        SimulationPlan, "queue_function", staticmethod(lambda *arguments: calls.append(1) or run_case_queue(*arguments))
+        SimulationPlan,
+        "run_case_queue_function",
+        staticmethod(lambda *arguments: calls.append(1) or run_case_queue(*arguments)),
     )
     time = np.arange(60) * 0.01
     wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
@@ -174,7 +176,7 @@ def test_a_trajectory_above_the_memory_limit_is_refused(monkeypatch: pytest.Monk
         return np.broadcast_to(np.zeros((), TRAJECTORY_ROW_DTYPE), 10_000_000), -1
 
     with monkeypatch.context() as patch, expect_error(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
-        patch.setattr(SimulationPlan, "queue_function", staticmethod(return_too_many_trajectory_rows))
+        patch.setattr(SimulationPlan, "run_case_queue_function", staticmethod(return_too_many_trajectory_rows))
         trajectory(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=0.1)
     long = Motion(np.zeros(3_000_000), np.zeros(3_000_000), sampling_interval=0.01)
     with expect_error(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):

@@ -173,7 +173,7 @@ def numba_library_of_kernel_in_call(compute: Callable[[], Any], monkeypatch: pyt
         called.append(tuple(map(typeof, arguments)))
         return run_case_queue(*arguments)
 
-    monkeypatch.setattr(SimulationPlan, "queue_function", staticmethod(store_argument_types_and_run_kernel))
+    monkeypatch.setattr(SimulationPlan, "run_case_queue_function", staticmethod(store_argument_types_and_run_kernel))
     compute()
     return run_case_queue.overloads[called[0]].library
 

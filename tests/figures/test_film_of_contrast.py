@@ -52,7 +52,7 @@ def test_first_differing_case_falls_in_one_setting_and_stands_in_the_other(
 ) -> None:
     folder, cases = folder_and_differing_cases_with_figures
     first = cases[0]
-    assert first.panel_variants == ("nominal", "level")
+    assert first.variant_name_by_panel == ("nominal", "level")
     ratio = float(first.block_parameters_text.split("B/H = ")[1].split(",")[0])
     falls = []
     for name in ("cube", "cube.level"):
@@ -99,5 +99,5 @@ def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeyp
     )
     illustrative.draw_illustrative_cases(cube, tmp_path / "motion", tmp_path / "cases", other)
     first = read_illustrative_case_list(tmp_path / "cases")[0]
-    assert first.panel_variants == ("nominal", "alone")
+    assert first.variant_name_by_panel == ("nominal", "alone")
     assert ["fall" in outcome for outcome in first.panel_outcomes] == [False, True]

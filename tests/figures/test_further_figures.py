@@ -33,7 +33,7 @@ from overturning.figures.intensity_plane import (
     outcomes_by_pga_and_pgv_over_pga_figure,
     pga_pgv_over_pga_and_fall_probability_of_block,
 )
-from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
+from overturning.figures.observed_rose import ObservedFallRoseCounts, observed_fall_roses_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
@@ -161,7 +161,7 @@ OBSERVED_FALLS_BY_OCTANT = np.array([0.0, 3, 1, 0, 0, 1, 0, 0])
 COMPUTED_FALLS_BY_OCTANT = np.array([0.5, 1.5, 2, 0.5, 0.1, 0.2, 0.1, 0.1])
 
 
-OBSERVED_ROSE = ObservedFallRose(
+OBSERVED_ROSE = ObservedFallRoseCounts(
     "", np.array([0.0, 1, 1, 2, 5, 9.5, 7, 2, 0, 0, 0, 1, 2, 4, 1, 0]), 135.0, 20.0, 130.0, 9.0
 )
 

@@ -151,7 +151,7 @@ def test_notes_on_a_record_repeat_its_stored_provenance(study_findings: Findings
     assert (one.doubts, three.doubts) == ([DRIFT_DOUBT_KIND], [DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND])
     assert "velocity of" in one.drift_evidence
     assert three.pga_before_m_s2 == three.pga_after_m_s2 == pytest.approx(5.0 * math.cos(math.radians(20.0)), rel=0.03)
-    assert study_findings.record_notes.records_with_notes == 3
+    assert study_findings.record_notes.record_count_with_notes_or_doubts == 3
     named = {one.doubt: one.records for one in study_findings.record_notes.doubts}
     assert named == {DRIFT_DOUBT_KIND: ["one", "two", "three"], TRUSTED_CONTRADICTION_DOUBT_KIND: ["three"]}
 
@@ -304,7 +304,7 @@ def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> Non
         found = overturning.findings(made / "lost.nc")
     assert (found.cases.total_cases, found.cases.other_amplitude_cases_without_outcome) == (flags.size, flags.size / 3)
     assert found.population is not None
-    assert found.population.largest_share_without_outcome == 0.0
+    assert found.population.max_share_of_stones_without_outcome == 0.0
 
 
 def test_hash_in_findings_changes_only_if_the_outcomes_change(
@@ -362,7 +362,7 @@ def test_blocks_that_fall_in_every_direction_or_in_none_have_no_axis(study_folde
     assert (
         missing.reason_for_no_axis_comparable_with_fault == "unknown outcomes"
     )  # the axis would be that of the planes with outcomes, 45°
-    assert extent.records_with_imposed_fall_axis == cube["record_id"].to_numpy().tolist()
+    assert extent.records_with_fall_axis_imposed_by_azimuths == cube["record_id"].to_numpy().tolist()
 
 
 def test_records_without_falls_have_no_fall_direction(study_folder: Path) -> None:
@@ -409,7 +409,7 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
     for group in direction.groups:
         assert group.mean_cos_2_angle_to_fault_normal.value is None
         assert group.fall_axis_from_fault_normal_deg is None
-        assert group.axis_resultant_within_record.value is None
+        assert group.mean_axis_resultant_length_within_records.value is None
         assert all(rule.mean_cos_2_angle_to_fault_normal.value is None for rule in group.by_rule)
         assert all(one.fall_axis_from_fault_normal_deg is None for one in group.by_earthquake)
     for record in records:
@@ -421,7 +421,7 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
     for plane in [60, 75, 90] if reason == "uneven planes" else []:
         flags = study_cube["overturned"].sel(azimuth=[one for one in planes if one % 180 == plane]).to_numpy()
         expected[plane] = np.mean(flags[np.isfinite(flags)] != 0)
-    shares = {one.azimuth_deg: one.share_overturned for one in direction.share_overturned_by_plane}
+    shares = {one.azimuth_deg: one.share_overturned for one in direction.overturned_shares_by_plane_azimuth}
     assert shares == pytest.approx(expected)
 
 
@@ -458,9 +458,9 @@ def test_effect_of_a_predictor_is_stated_only_if_its_interval_excludes_zero(
     assert found is not None
     chances = {
         one.doubled_quantity: (
-            one.fall_probability_if_half_before,
-            one.fall_probability_if_half_before_low,
-            one.fall_probability_if_half_before_high,
+            one.fall_probability_after_doubling_from_half,
+            one.fall_probability_after_doubling_from_half_low,
+            one.fall_probability_after_doubling_from_half_high,
         )
         for one in found.fall_probabilities_after_doubling
     }
@@ -492,7 +492,7 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
         )
     (soft,) = (one for one in found if one.variant == "soft")
     assert soft.median_angle_to_fall_axis_without_soil_deg == angle
-    assert (soft.records_with_both_fall_axes > 0) is (angle is not None)
+    assert (soft.records_with_fall_axis_with_and_without_soil > 0) is (angle is not None)
 
 
 def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder: Path) -> None:
@@ -515,7 +515,7 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
     assert found.cases_not_compared == int((lost[0] | lost[1]).sum())
     fell = (flags != 0).where(~(lost[0] | lost[1]))
     share = fell.mean([name for name in flags.dims if name != "record"]).mean()  # each record is an earthquake
-    for estimate in (found.share_overturned_study, found.share_overturned_variant):
+    for estimate in (found.share_overturned_in_study, found.share_overturned_in_variant):
         assert estimate.value == pytest.approx(float(share))
     assert [one.study_minus_variant_share.value for one in (found, *found.by_b_over_h)] == [0.0] * 4
     assert found.primary_statistic_study_minus_variant.value == 0.0

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from overturning.findings.collect import Findings
-from overturning.findings.exactness import EnsembleFindings, ensemble_findings
+from overturning.findings.exactness import EnsembleDisagreementFindings, ensemble_findings
 from overturning.findings.relief import (
     FallSharesByBaseRelief,
     estimate_variance_between_run_halves_and_total,
@@ -71,13 +71,13 @@ def test_report_states_the_share_of_variance_explained_by_base_relief(language: 
         share_of_high_relief_runs_falling=0.17,
         variance_share_explained_by_base_relief=0.43,
     )
-    ensemble = EnsembleFindings(
+    ensemble = EnsembleDisagreementFindings(
         share_of_cells_repeated=0.5, repeats_every_cell=False, fewest_runs_per_cell=8, most_runs_per_cell=24,
         mean_runs_per_cell=12, runs_per_cell_in_first_batch=8, share_of_repeated_cells_with_fall_and_stand=0.4,
         share_of_repeated_cells_falling_to_both_sides=0.1,
-        base_relief=relief,
+        fall_shares_by_base_relief=relief,
     )  # fmt: skip
-    plain = ensemble.model_copy(update={"base_relief": None})
+    plain = ensemble.model_copy(update={"fall_shares_by_base_relief": None})
     with_relief, without = (
         render_template_as_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | {"ensemble": one}), language)
         for one in (ensemble, plain)
@@ -99,7 +99,7 @@ def test_report_states_volume_tilt_and_relief_of_a_scanned_body(language: str) -
     content["study"]["scan"] = {
         "volume_m3": 0.53173,
         "tilt_from_scan_to_stable_pose_deg": 7.43,
-        "max_height_of_load_bearing_points_mm": 8.35,
+        "load_bearing_height_above_lowest_point_mm": 8.35,
     }
     plain, text = (
         render_template_as_markdown(Findings.model_validate(one), language)

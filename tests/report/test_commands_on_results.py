@@ -154,7 +154,7 @@ def test_survey_command_compares_twist_and_slip_with_a_3d_study(
     assert directions is not None
     assert (
         directions.falls_in_known_direction,
-        directions.falls_without_any_computed_fall,
+        directions.known_direction_falls_without_any_computed_fall,
         directions.log_likelihood_ratio,
     ) == (1, 1, 0.0)
     assert "<h1>No stone like the fallen ones falls in the study</h1>" in page

@@ -33,7 +33,7 @@ def test_report_says_if_axes_differ_or_falls_are_only_partly_along_one_line(lang
     differs = {"en": "differs from earthquake to earthquake", "ja": "地震ごとに異なる"}[language]
     partly = {"en": "fall only partly along one line", "ja": "一部のみが一つの軸に沿って"}[language]
     assert differs in report_text_of_handwritten_findings("direction", language)
-    group["axis_resultant_within_record"]["value"] = 0.14
+    group["mean_axis_resultant_length_within_records"]["value"] = 0.14
     for with_axis, near_normal in ((1, 1), (3, 3), (3, 0)):
         group |= {"earthquakes_with_axis": with_axis, "fall_axes_within_45_deg_of_fault_normal": near_normal}
         text = report_text(Findings.model_validate(data), language)
@@ -60,7 +60,12 @@ def test_headline_states_the_primary_statistic_of_the_study(study: str, language
     data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     data["population"]["median_fall_rate"], data["cases"]["share_overturned"] = 0.37, 0.52
     data["published_agreement"] = [
-        {"variant": "nominal", "blocks": 12, "fully_agreeing_block_count": 9, "fully_agreeing_heights_m": [0.4]}
+        {
+            "variant": "nominal",
+            "blocks": 12,
+            "fully_agreeing_block_count": 9,
+            "heights_agreeing_at_some_friction_m": [0.4],
+        }
     ]
     for statistic, words in (("share", "52 %"), ("fall_rate", "37 %"), ("published", "9")):
         data["study"]["primary_statistic"] = statistic
@@ -78,8 +83,8 @@ def headline_and_text_of_comparison_report(study: str, language: str, **contrast
 
 
 SMALL_OVERTURNED_SHARES = {
-    "share_overturned_study": estimate_entry(0.046, 0.018, 0.074),
-    "share_overturned_variant": estimate_entry(0.029, 0.008, 0.051),
+    "share_overturned_in_study": estimate_entry(0.046, 0.018, 0.074),
+    "share_overturned_in_variant": estimate_entry(0.029, 0.008, 0.051),
 }
 
 
@@ -123,7 +128,7 @@ def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study:
     none = estimate_entry(0.0, 0.0, 0.26)
     data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     for contrast in data["contrasts"]:
-        contrast |= {"share_overturned_study": none, "share_overturned_variant": none}
+        contrast |= {"share_overturned_in_study": none, "share_overturned_in_variant": none}
     for missing in ({}, {"unstable": 7}):
         data["cases"]["cases_without_outcome_by_status"] = missing
         headline = report_text(Findings.model_validate(data), language).splitlines()[2]
@@ -136,7 +141,9 @@ def test_headline_that_no_stone_falls_is_limited_to_cases_with_an_outcome(study:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_two_settings_without_falls_are_not_compared(language: str) -> None:
     none = estimate_entry(0.0, 0.0, 0.26)
-    shares = dict.fromkeys(("share_overturned_study", "share_overturned_variant", "share_overturned_in_both"), none)
+    shares = dict.fromkeys(
+        ("share_overturned_in_study", "share_overturned_in_variant", "share_overturned_in_both"), none
+    )
     same = {
         "share_overturned_only_in_study": none,
         "share_overturned_only_in_variant": none,
@@ -180,9 +187,9 @@ def test_report_states_simultaneous_falls_and_order_of_elements_where_they_exist
     data["element_outcomes"][0] |= {
         "variant": "nominal",
         "element": data["study_counts"]["reported_element"],
-        "first_share_of_its_falls": 0.97,
+        "share_of_falls_with_no_earlier_fall": 0.97,
     }
-    data["contrasts"][0]["share_simultaneous_if_both_fall"] = estimate_entry(same_time)
+    data["contrasts"][0]["share_falling_simultaneously_if_both_fall"] = estimate_entry(same_time)
     text = report_text(Findings.model_validate(data), language)
     assert ({"en": "counts half", "ja": "半分と数える"}[language] in text) is (same_time > 0)
     order = {"en": "Within it the shaft falls before", "ja": "ではほかの石より先に"}[language]
@@ -281,7 +288,8 @@ def test_report_states_no_effect_of_predictors_that_may_be_chance(
     even = {"en": "even chance of falling", "ja": "転倒確率 50 % の墓石"}[language]
     assert even in report_text_of_handwritten_findings("direction", language)
     row = {"predictor": "ln B/H", "value": 1.2, "low": None, "high": None, "data_minimum": 0.1, "data_maximum": 0.6,
-           "odds_factor_per_doubling": 2.3, "odds_factor_low": None, "odds_factor_high": None}  # fmt: skip
+           "odds_factor_per_doubling": 2.3, "odds_factor_per_doubling_low": None,
+           "odds_factor_per_doubling_high": None}  # fmt: skip
     data["logistic_fit"] |= {
         "fall_probabilities_after_doubling": [],
         "coefficients": [row] if fitted else [],
@@ -314,7 +322,7 @@ CONCLUSION_PHRASES_BY_LANGUAGE = {
         ({}, {}, [True, True, True, True, True]),
         ({"same_fall_edge_share": 1.0, "same_outcome_share": 1.0}, {}, [False, True, True, True, True]),
         (
-            {"same_outcome_share_beside_outcome_change": None, "same_fall_edge_share": None},
+            {"same_outcome_share_if_b_over_h_neighbour_differs": None, "same_fall_edge_share": None},
             {},
             [False, False, True, True, True],
         ),
@@ -430,7 +438,7 @@ KEY_PATH_OF_FRAGILITY_CURVE = ("population", "fragility_curves", 0)
             "direction",
             {
                 ("convergence", "comparisons", 0): {
-                    "second_computation_kind": "rigid",
+                    "more_exact_computation_kind": "rigid",
                     "step_count_or_stiffness_factor": None,
                 }
             },

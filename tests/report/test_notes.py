@@ -43,7 +43,7 @@ def markdown_report_on_record(record: Record, language: str) -> str:
     """Return the Markdown of a report on one record."""
     processing = processing_finding_of_record(processing_peaks_and_notes_of_record(record))
     doubts = [{"doubt": one, "record_count": 1, "records": ["vale"]} for one in processing.doubts]
-    notes = DoubtsAboutRecordData.model_validate({"records_with_notes": 1, "doubts": doubts})
+    notes = DoubtsAboutRecordData.model_validate({"record_count_with_notes_or_doubts": 1, "doubts": doubts})
     parts = {"records": [RECORD_FINDING | {"processing": processing}], "record_notes": notes}
     return render_template_as_markdown(Findings.model_validate(STUDY_FINDINGS["direction"] | parts), language)
 

@@ -11,7 +11,7 @@ from overturning.findings.causes import LogisticCoefficient
 from overturning.findings.collect import Findings
 from overturning.findings.lines import finding_text_lines
 from overturning.findings.standing import StoneSurvivalUnderHazardFindings
-from overturning.findings.survey_commands import SurveyCommandResults
+from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
 from overturning.findings.values import Estimate
 from overturning.report.render import LANGUAGES
 from overturning.statistics.criteria import SLENDERNESS_ONLY_RULE_NAME
@@ -82,7 +82,7 @@ def findings_with_counts_of_one() -> list[tuple[str, str, BaseModel]]:
     return [
         *studies,
         *(
-            (name, name, SurveyCommandResults.model_validate(copy_with_whole_numbers_set_to_1(part)))
+            (name, name, ResultsPrintedBySurveyCommands.model_validate(copy_with_whole_numbers_set_to_1(part)))
             for name, part in commands.items()
         ),
         *(

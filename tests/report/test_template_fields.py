@@ -10,16 +10,16 @@ from pydantic import BaseModel
 from overturning.findings import contrast, direction
 from overturning.findings.collect import Findings
 from overturning.findings.standing import StoneSurvivalUnderHazardFindings
-from overturning.findings.survey_commands import SurveyCommandResults
+from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
 from overturning.report.render import LANGUAGES, ReportMedia, create_template_environment
 from overturning.report.write import TextsAboutReportFilm
 
 FINDINGS_BY_PRINTED_TEMPLATE = {
     "report": Findings,
-    "survey": SurveyCommandResults,
-    "survey_summary": SurveyCommandResults,
-    "displacements": SurveyCommandResults,
-    "motions": SurveyCommandResults,
+    "survey": ResultsPrintedBySurveyCommands,
+    "survey_summary": ResultsPrintedBySurveyCommands,
+    "displacements": ResultsPrintedBySurveyCommands,
+    "motions": ResultsPrintedBySurveyCommands,
     "stood": StoneSurvivalUnderHazardFindings,
 }
 """Class of the findings for each template that is rendered by itself; the others are parts of these."""

@@ -13,7 +13,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from overturning.findings.collect import Findings
 from overturning.findings.population import JMA_DEGREES_WITH_INTENSITY_RANGES
-from overturning.findings.survey_commands import SurveyCommandResults
+from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
 from overturning.model.status import CaseStatus
 from overturning.report.render import (
     LANGUAGES,
@@ -173,7 +173,7 @@ def test_doubts_about_records_are_shown_outside_collapsed_sections(language: str
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     kinds = [one["doubt"] for one in data["record_notes"]["doubts"]]
     assert len(kinds) == 3
-    data["records"] += [data["records"][0] | {"id": "weak", "too_weak_to_move_blocks": True}]
+    data["records"] += [data["records"][0] | {"id": "weak", "too_weak_to_move_any_block": True}]
 
     def text_outside_collapsed_sections(data: Any) -> str:
         return "\n".join(
@@ -192,7 +192,7 @@ def test_doubts_about_records_are_shown_outside_collapsed_sections(language: str
     data["record_notes"]["doubts"][0] |= {"record_count": 40, "records": [f"station{number}" for number in range(40)]}
     assert "station5" in text_outside_collapsed_sections(data)
     assert "station6" not in text_outside_collapsed_sections(data)
-    data["record_notes"] = {"records_with_notes": 0, "doubts": []}
+    data["record_notes"] = {"record_count_with_notes_or_doubts": 0, "doubts": []}
     assert translate_whole_text_by_table(kinds[0], labels) not in text_outside_collapsed_sections(data)
 
 
@@ -348,7 +348,10 @@ def test_report_mentions_stones_fixed_to_their_base_in_four_places(language: str
 def test_report_states_missing_outcomes_and_records_without_vertical_motion(language: str) -> None:
     data = json.loads(handwritten_findings_of_study("direction").model_dump_json())
     data["cases"] |= {"cases_at_other_amplitudes": 720, "other_amplitude_cases_without_outcome": 10}
-    data["population"] |= {"largest_share_without_outcome_at_any_factor": 0.19, "records_without_vertical_motion": 5}
+    data["population"] |= {
+        "max_share_of_stones_without_outcome_at_any_factor": 0.19,
+        "records_without_vertical_motion": 5,
+    }
     text = render_template_as_markdown(Findings.model_validate(data), language).replace("\u00a0", " ")
     for words in {
         "en": ("10 of 720 cases are without", "up to 19 %.", "(horizontal motion in 5 of 28 records)"),
@@ -400,7 +403,7 @@ def test_report_prints_the_p_value_of_the_common_axis_test(language: str) -> Non
         ("direction", ("direction", "groups", 0, "mean_cos_2_angle_to_fault_normal", "value"), 0.8765, "0.88"),
         ("direction", ("convergence", "comparisons", 0, "fall_side_changes", "value"), 0.432, "43.2"),
         ("reference", ("reference_alignments", 0, "alignment_with_best_reference_axis", "value"), 0.8765, "0.88"),
-        ("scene", ("contrasts", 0, "share_overturned_study", "value"), 0.7654, "76.5"),
+        ("scene", ("contrasts", 0, "share_overturned_in_study", "value"), 0.7654, "76.5"),
         ("survey", ("surveys", 0, "fell"), 8765, "8,765"),
         ("direction", ("records", 0, "pgv_cm_s"), 765.4, "765"),
     ],
@@ -550,7 +553,7 @@ def test_english_report_on_handwritten_findings_equals_its_snapshot(study: str, 
 def test_survey_commands_print_only_numbers_of_their_findings(
     template: str, parts: dict[str, Any], language: str
 ) -> None:
-    found = SurveyCommandResults.model_validate(parts)
+    found = ResultsPrintedBySurveyCommands.model_validate(parts)
     printed = NUMBER_IN_TEXT.findall(report_text(found, language, template))
     assert len(printed) >= 8
     assert numbers_not_in_findings(printed, found) == []
@@ -559,7 +562,7 @@ def test_survey_commands_print_only_numbers_of_their_findings(
 @pytest.mark.parametrize(("language", "doubt"), [("en", "lists no stone that stood"), ("ja", "記載が省かれている場合")])
 def test_report_warns_of_a_motion_inferred_from_fallen_stones_alone(language: str, doubt: str) -> None:
     for every in (True, False):
-        found = SurveyCommandResults.model_validate(
+        found = ResultsPrintedBySurveyCommands.model_validate(
             {"inferred_motions": [INFERRED_MOTION | {"everything_fell": every}]}
         )
         assert (doubt in report_text(found, language, "motions")) == every

@@ -179,7 +179,7 @@ def test_prediction_for_a_stone_in_front_of_a_wall_never_uses_the_opposite_azimu
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
     cube = full_circle_cube_without_mirror_symmetry(np.ones_like)
     stood, forwards, right, backwards, left = SiteFallPrediction(
-        cube, random_outcome_share=0
+        cube, random_outcome_stone_share=0
     ).standing_and_side_probabilities(stone)
     assert (stood, backwards, left) == (0, 0, 0)
     assert forwards + right == pytest.approx(1)
@@ -189,7 +189,7 @@ def test_fall_directions_predicted_in_front_of_walls_are_only_those_simulated() 
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SiteFallPrediction(
         full_circle_cube_without_mirror_symmetry(lambda azimuth: np.where(azimuth >= 180, -1, 0)),
-        random_outcome_share=0,
+        random_outcome_stone_share=0,
     )
     density = prediction.sector_probabilities_given_fall_for_unknown_face()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
@@ -199,7 +199,7 @@ def test_unsimulated_half_circle_of_an_asymmetric_scene_stays_missing() -> None:
     """Only the azimuths from 0° to 175° are simulated: for a stone that faces 250° the outcome is unknown."""
     half = full_circle_cube_without_mirror_symmetry(np.ones_like, AZIMUTHS_DEG[INDICES_OF_AZIMUTHS_BELOW_180_DEG])
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
-    assert SiteFallPrediction(half, random_outcome_share=0).standing_and_side_probabilities(stone).tolist() == [
+    assert SiteFallPrediction(half, random_outcome_stone_share=0).standing_and_side_probabilities(stone).tolist() == [
         0.5,
         *[0.125] * 4,
     ]
@@ -256,6 +256,10 @@ def test_comparison_of_two_stones_weights_azimuths_like_fall_shares(
     here, there = (float(overturned_shares_by_record(cube)[0]) for cube in (this, other))
     assert counts["compared"].item() == 3 * len(azimuths)
     assert 0.1 < here < 0.9
-    assert found.share_only_this_falls.mean + found.share_both_fall.mean == pytest.approx(here, abs=1e-7)
-    assert found.share_only_other_falls.mean + found.share_both_fall.mean == pytest.approx(there, abs=1e-7)
+    assert found.share_of_cases_only_this_falls.mean + found.share_of_cases_both_fall.mean == pytest.approx(
+        here, abs=1e-7
+    )
+    assert found.share_of_cases_only_other_falls.mean + found.share_of_cases_both_fall.mean == pytest.approx(
+        there, abs=1e-7
+    )
     assert found.this_earlier_share_if_both_fall.mean == 1.0

@@ -170,7 +170,7 @@ def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube_f
         cube.assign(peak_rotation=rocks), other.assign(peak_rotation=rocks), ("nominal", "other")
     )
     assert case is not None
-    assert (case.title, case.panel_variants) == (FALLS_IN_ONE_VARIANT_ONLY_RULE.case_title, ("nominal", "other"))
+    assert (case.title, case.variant_name_by_panel) == (FALLS_IN_ONE_VARIANT_ONLY_RULE.case_title, ("nominal", "other"))
     assert case.block_coordinates["b_over_h"] == 0.3, "most of those that differ fall in the other setting only"
     assert case.panel_azimuths_deg == (60.0, 60.0), "its neighbours at 30° and 90° differ, too"
 

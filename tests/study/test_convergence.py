@@ -302,7 +302,7 @@ def test_convergence_check_takes_no_more_steps_than_small_study(step: int, least
         settings, [near_field_strong_part(7, "a"), near_field_strong_part(8, "b")], tmp_path
     )
     found = rerun_cases_with_finer_steps_and_stiffer_contacts(settings, done.records, done.sample)
-    assert found.wanted_case_count == min(200, done.sample.simulated_case_count_of_study)
+    assert found.wanted_case_count == min(200, done.sample.study_case_count_without_symmetry_copies)
     spent = found.finer_step_rerun.block_steps + found.stiffer_contact_rerun.block_steps
     assert spent <= done.sample.block_time_step_count_of_whole_study
     assert least <= found.rerun_case_count < found.wanted_case_count
@@ -335,7 +335,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     )
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
-    assert rigid.simulated_case_count_of_study == len(rigid.record_indices) == 2 * 3 * (2 + 3)
+    assert rigid.study_case_count_without_symmetry_copies == len(rigid.record_indices) == 2 * 3 * (2 + 3)
     found = rerun_cases_with_finer_steps_and_stiffer_contacts(
         settings, records, sample, sample_for_rigid_block_comparison=rigid
     ).rigid_block_comparison

@@ -175,7 +175,10 @@ def test_the_cube_of_a_scene_has_outcomes_of_each_element(tmp_path: Path) -> Non
     # A study of the upper base is compared with the variant that has a shaft by the shaft, which is in both scenes.
     scene = study.scene.model_copy(update={"reference": "upper-base"})
     of_base = compare_study_with_variants(replace(results, study=study.model_copy(update={"scene": scene})))
-    compared = [[(one.element_of_study, one.element_of_variant) for one in each] for each in (contrasts, of_base)]
+    compared = [
+        [(one.compared_element_in_study, one.compared_element_in_variant) for one in each]
+        for each in (contrasts, of_base)
+    ]
     assert compared == [[("shaft", "monolith"), ("shaft", "shaft")], [("upper-base", "monolith"), ("shaft", "shaft")]]
     assert of_base[1] == contrasts[1]
     for cube in cubes.values():
@@ -203,7 +206,10 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     assert found["same_time"].to_numpy().tolist() == [0, 0]
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
     both = mean_shares_of_two_stone_falls(found, np.array(["one", "other"]))
-    assert (both.share_both_fall.mean, both.share_only_this_falls.mean) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
+    assert (both.share_of_cases_both_fall.mean, both.share_of_cases_only_this_falls.mean) == (
+        pytest.approx((2 / 3 + 1 / 2) / 2),
+        1 / 4,
+    )
     assert (
         both.same_direction_share_if_both_fall.mean,
         both.this_earlier_share_if_both_fall.mean,

@@ -315,7 +315,7 @@ def test_a_study_of_a_scan_stores_its_geometry_and_mass_properties(tmp_path: Pat
     assert (
         facts.volume_m3,
         facts.tilt_from_scan_to_stable_pose_deg,
-        facts.max_height_of_load_bearing_points_mm,
+        facts.load_bearing_height_above_lowest_point_mm,
     ) == pytest.approx((volume, 4.0, 1.0), abs=1e-3)
     assert study.b_over_h == pytest.approx(((0.1 - centre[0]) / centre[2],), abs=1e-5)
     path.unlink()

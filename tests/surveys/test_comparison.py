@@ -43,7 +43,7 @@ def random_fallen_stones(n: int, centre: float, half_width_deg: float, seed: int
 
 
 def test_prediction_for_stones_of_unknown_face_averages_all_azimuths(cube_of_falls_around_azimuth_60) -> None:
-    prediction = SiteFallPrediction(cube_of_falls_around_azimuth_60, random_outcome_share=0)
+    prediction = SiteFallPrediction(cube_of_falls_around_azimuth_60, random_outcome_stone_share=0)
     density = prediction.sector_probabilities_given_fall_for_unknown_face()
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
@@ -60,7 +60,7 @@ def test_survey_drawn_from_the_prediction_fits_and_random_falls_do_not(cube_of_f
         compare_survey_with_prediction(random_fallen_stones(40, *of), cube_of_falls_around_azimuth_60)
         for of in ((60, 30, 1), (0, 180, 2))
     )
-    assert (drawn.fallen, drawn.falls_without_face_or_b_over_h) == (40, 40)
+    assert (drawn.fallen, drawn.known_direction_falls_without_face_or_b_over_h) == (40, 40)
     assert drawn.observed_mean_direction_deg == pytest.approx(60, abs=8)
     assert drawn.log_likelihood_ratio > 40
     assert blind.log_likelihood_ratio < 0
@@ -95,7 +95,7 @@ def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_fa
     Only falls towards 30° to 90° are predicted, and a survey of such falls fits.
     """
     inside, outside = random_fallen_stones(20, 60, 25, seed=4), fallen_stone(200)
-    found = compare_survey_with_prediction(inside, cube_of_falls_around_azimuth_60, random_outcome_share=0.0)
+    found = compare_survey_with_prediction(inside, cube_of_falls_around_azimuth_60, random_outcome_stone_share=0.0)
     share = found.predicted_count_by_octant / 20
     there = share > 0
     assert found.octant_chi_square_test.statistic == pytest.approx(
@@ -103,7 +103,7 @@ def test_one_impossible_fall_excludes_a_prediction_without_background(cube_of_fa
     )
     assert found.octant_chi_square_test.p_value > 0.05
     ruled_out = compare_survey_with_prediction(
-        [*inside, outside], cube_of_falls_around_azimuth_60, random_outcome_share=0.0
+        [*inside, outside], cube_of_falls_around_azimuth_60, random_outcome_stone_share=0.0
     )
     assert ruled_out.octant_chi_square_test.statistic == math.inf
     assert ruled_out.octant_chi_square_test.p_value < 1e-3
@@ -212,7 +212,7 @@ def test_prediction_for_unknown_face_azimuth_averages_all_face_azimuths(
         cube["overturned"].dims,
         np.broadcast_to(np.tile(times, 2)[None, :, None, None, None], shape),
     )
-    prediction = SiteFallPrediction(cube, random_outcome_share=0)
+    prediction = SiteFallPrediction(cube, random_outcome_stone_share=0)
     counts = np.zeros(36)
     for face in range(0, 360, 10):
         sides = prediction.standing_and_side_probabilities(standing_stone_of_known_face(face, front, side))
@@ -248,7 +248,7 @@ def test_a_rectangular_stone_falls_over_its_slender_side(
 ) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest_b_over_h=0.3), azimuth=range(0, 360, 2))
-    sides = SiteFallPrediction(site, random_outcome_share=0).standing_and_side_probabilities(stone)
+    sides = SiteFallPrediction(site, random_outcome_stone_share=0).standing_and_side_probabilities(stone)
     assert STANDING_OR_FALL_SIDES[int(np.argmax(sides))] == most
     assert sides.sum() == pytest.approx(1)
 
@@ -264,7 +264,7 @@ def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
     site = make_cube_from_fall_rules(make_sector_fall_rule(face, step), azimuth=range(0, 360, step))
     stone = fallen_stone(face, b_over_h=0.3, face_azimuth_deg=face)
     expected = compare_survey_with_prediction(
-        [stone], site, random_outcome_share=0, random_survey_count=1
+        [stone], site, random_outcome_stone_share=0, random_survey_count=1
     ).predicted_count_by_octant
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
@@ -301,7 +301,7 @@ def test_the_earlier_fall_of_two_planes_decides_the_direction(
     make_cube_from_fall_rules, front: float, across: float, expected: list[float]
 ) -> None:
     sides = SiteFallPrediction(
-        cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, across), random_outcome_share=0
+        cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, front, across), random_outcome_stone_share=0
     ).standing_and_side_probabilities(standing_stone_of_known_face())
     assert sides == pytest.approx(expected)
 
@@ -312,7 +312,7 @@ def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube_from
     half = np.abs(cube["overturned"]) * 0.5
     towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
     cube = cube.assign(probability_towards=towards, probability_away=away)
-    assert SiteFallPrediction(cube, random_outcome_share=0).standing_and_side_probabilities(
+    assert SiteFallPrediction(cube, random_outcome_stone_share=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
 
@@ -327,7 +327,7 @@ def test_falls_in_both_planes_are_combined_at_equal_height_and_friction(make_cub
     cube = make_cube_from_fall_rules(
         fall_sides_along_axis_set_by_friction, azimuth=range(0, 360, 30), friction=(0.33, 1.0)
     )
-    assert SiteFallPrediction(cube, random_outcome_share=0).standing_and_side_probabilities(
+    assert SiteFallPrediction(cube, random_outcome_stone_share=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ) == pytest.approx([0, 0.5, 0.5, 0, 0])
 
@@ -336,7 +336,7 @@ def test_predictions_are_interpolated_between_azimuths_and_b_over_h(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1, largest_b_over_h=0.3), azimuth=range(0, 360, 30))
-    prediction = SiteFallPrediction(site, random_outcome_share=0)
+    prediction = SiteFallPrediction(site, random_outcome_stone_share=0)
     assert prediction.standing_and_side_probabilities(standing_stone_of_known_face(75.0, side_b_over_h=0.5))[
         1
     ] == pytest.approx(0.5)
@@ -348,12 +348,12 @@ def test_predictions_are_interpolated_between_azimuths_and_b_over_h(
 def test_cells_without_an_outcome_do_not_count_as_standing(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 30))
     site["overturned"][..., 0] = np.nan  # one friction of two
-    sides = SiteFallPrediction(site, random_outcome_share=0).standing_and_side_probabilities(
+    sides = SiteFallPrediction(site, random_outcome_stone_share=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     )
     assert sides == pytest.approx([0, 1, 0, 0, 0])
     site["overturned"][:] = np.nan
-    assert SiteFallPrediction(site, random_outcome_share=0).standing_and_side_probabilities(
+    assert SiteFallPrediction(site, random_outcome_stone_share=0).standing_and_side_probabilities(
         standing_stone_of_known_face()
     ).sum() == pytest.approx(1)
 
@@ -366,7 +366,7 @@ def test_azimuths_without_outcomes_get_the_mean_fall_probability(make_cube_from_
     cube = make_cube_from_fall_rules(
         lambda azimuth, *_: np.where(azimuth % 180 == 90, np.nan, 1.0), azimuth=range(0, 180, 10)
     )
-    prediction = SiteFallPrediction(cube, random_outcome_share=0)
+    prediction = SiteFallPrediction(cube, random_outcome_stone_share=0)
     # Towards its azimuth a plane falls always, away from it never; of plane 90 either is as likely.
     towards = np.where(prediction.azimuth < 180, 1.0, 0.0)
     # Nor is anything known of stones that face 0 or 90: one of their planes is that one.
@@ -420,7 +420,7 @@ def test_confusion_matrix_of_observed_and_predicted_sides_is_counted_right(
     assert comparison.confusion_matrix[0, 0] == 2
     assert comparison.confusion_matrix[3, 1] == 1
     assert comparison.confusion_matrix.sum() == 6
-    assert comparison.falls_without_face_or_b_over_h == 1
+    assert comparison.known_direction_falls_without_face_or_b_over_h == 1
     assert (comparison.fallen, comparison.stood) == (5, 2)
 
 
@@ -441,8 +441,11 @@ def test_falls_without_face_azimuth_or_b_over_h_are_counted(
     stone = fallen_stone(60, **given)
     for stones in ([stone], [stone, fallen_stone(62, b_over_h=0.2, face_azimuth_deg=60.0)]):
         found = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
-        assert (found.falls_without_face_azimuth, found.falls_without_b_over_h) == without
-        assert found.falls_without_face_or_b_over_h == int(any(without))
+        assert (
+            found.known_direction_falls_without_face_azimuth,
+            found.known_direction_falls_without_b_over_h,
+        ) == without
+        assert found.known_direction_falls_without_face_or_b_over_h == int(any(without))
 
 
 def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cube_of_falls_around_azimuth_60) -> None:
@@ -558,7 +561,7 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
             "",
             "",
             "",
-            compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60, random_outcome_share=0.0),
+            compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60, random_outcome_stone_share=0.0),
         )
     )
     exact = binomtest(14, 20).proportion_ci(method="exact")
@@ -567,7 +570,7 @@ def test_observed_share_and_predicted_mean_direction_match_known_values(cube_of_
     assert (observed.value, observed.low, observed.high) == pytest.approx((0.7, exact.low, exact.high))
     half = np.radians(31)
     assert found.predicted_mean_direction_deg == pytest.approx(60)
-    assert found.predicted_fall_direction_resultant == pytest.approx(np.sin(half) / half, abs=2e-3)
+    assert found.predicted_fall_direction_resultant_length == pytest.approx(np.sin(half) / half, abs=2e-3)
     only = compare_survey_with_prediction(stones[:1], cube_of_falls_around_azimuth_60)
     assert survey_prediction_findings(StoredSurveyComparison("", "", "", only)).observed_fall_share is None, (
         "perhaps the fallen ones alone"
@@ -603,7 +606,7 @@ def test_fall_share_at_a_grid_b_over_h_ignores_missing_outcomes_at_the_next_one(
 ) -> None:
     site = make_cube_from_fall_rules(lambda *of: np.where(of[2] > 0.35, np.nan, np.where(of[2] < 0.25, 1, 0)))
     stone = Stone(False, math.nan, False, b_over_h=b_over_h, face_azimuth_deg=60.0)
-    found = compare_survey_with_prediction([stone], site, random_outcome_share=0.0)
+    found = compare_survey_with_prediction([stone], site, random_outcome_stone_share=0.0)
     assert found.computed_fall_share == pytest.approx(share, nan_ok=True)
 
 
@@ -615,12 +618,12 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
     stout = Stone(False, math.nan, False, stone_count=3, b_over_h=0.4, face_azimuth_deg=60.0)
     fell = fallen_stone(60, stone_count=5, b_over_h=0.5, face_azimuth_deg=60.0)
     found = compare_survey_with_prediction([slender, stout, fell, fallen_stone(10, b_over_h=0.4)], site)
-    assert (found.stones_without_computed_outcome, found.falls_without_computed_outcome) == (9, 6)
+    assert (found.stones_without_computed_outcome, found.known_direction_falls_without_computed_outcome) == (9, 6)
     assert found.computed_fall_share == 1.0
     assert found.confusion_matrix[0, 1:].sum() == found.confusion_matrix.sum() == 2
     np.testing.assert_allclose(found.predicted_count_by_octant, 6 / 8, atol=1e-9)
     of_study = survey_prediction_findings(StoredSurveyComparison("stones.csv", "0" * 64, "vale", found))
-    assert (of_study.checked_predictions, of_study.falls_with_predicted_direction) == (2, 0)
+    assert (of_study.stones_with_checked_most_probable_outcome, of_study.falls_with_predicted_direction) == (2, 0)
     assert compare_survey_with_prediction([stout], site).confusion_matrix is None
 
 
@@ -634,13 +637,15 @@ def test_fallen_stones_that_never_fall_in_the_simulations_are_counted(
     stout = fallen_stone(200, b_over_h=0.45)
     faced = fallen_stone(80, b_over_h=0.45, face_azimuth_deg=80.0)
     found = [
-        compare_survey_with_prediction(list(stones), site, random_outcome_share=background)
+        compare_survey_with_prediction(list(stones), site, random_outcome_stone_share=background)
         for stones in ((slender, stout), (stout, faced))
     ]
-    assert [one.falls_without_any_computed_fall for one in found] == [1, 2]
+    assert [one.known_direction_falls_without_any_computed_fall for one in found] == [1, 2]
     np.testing.assert_allclose(found[1].predicted_count_by_octant, 2 / 8, atol=1e-9)
     assert (
-        compare_survey_with_prediction([slender], site, random_outcome_share=background).falls_without_any_computed_fall
+        compare_survey_with_prediction(
+            [slender], site, random_outcome_stone_share=background
+        ).known_direction_falls_without_any_computed_fall
         == 0
     )
 
@@ -655,7 +660,9 @@ def test_comparison_refuses_empty_surveys_several_records_and_3d_cubes(
             [fallen_stone(1)], make_cube_from_fall_rules(lambda a, *_rest: np.zeros_like(a), events=("A", "B"))
         )
     with pytest.raises(ArgumentError, match="background"):
-        compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_azimuth_60, random_outcome_share=1.0)
+        compare_survey_with_prediction(
+            [fallen_stone(1)], cube_of_falls_around_azimuth_60, random_outcome_stone_share=1.0
+        )
     with pytest.raises(ArgumentError, match="of 3-D bodies"):
         compare_survey_with_prediction([fallen_stone(1)], cube_of_falls_around_azimuth_60.rename(azimuth="orientation"))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.findings.survey_commands import SurveyCommandResults
+from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
 from overturning.findings.survey_displacements import survey_displacement_findings
 from overturning.report.render import render_template_as_markdown
 from overturning.stored import read_json_result, write_result_as_json
@@ -57,8 +57,8 @@ def test_log_likelihood_ratio_and_octants_match_hand_computation(tmp_path: Path)
     )
     assert (
         found.fallen_in_known_direction,
-        found.falls_without_any_computed_fall,
-        found.falls_without_computed_outcome,
+        found.known_direction_falls_without_any_computed_fall,
+        found.known_direction_falls_without_computed_outcome,
     ) == (4, 0, 0)
     assert found.log_likelihood_ratio == pytest.approx(3 * np.log(8 * 0.8 + 0.2) + np.log(0.2))
     # As large by chance: three or four of four stones in one octant of eight.
@@ -88,7 +88,7 @@ def test_a_fall_that_is_impossible_without_background_is_stored_and_reported(
         -np.inf,
         1.0,
     )
-    results = SurveyCommandResults(survey_displacements=[survey_displacement_findings(stored)])
+    results = ResultsPrintedBySurveyCommands(survey_displacements=[survey_displacement_findings(stored)])
     text = render_template_as_markdown(results, template_name="displacements", language=language)
     assert sentence in text
     assert " −∞" in text
@@ -120,8 +120,8 @@ def test_stones_without_a_computed_fall_are_predicted_to_fall_at_random(tmp_path
     )
     assert (
         found.fallen_in_known_direction,
-        found.falls_without_any_computed_fall,
-        found.falls_without_computed_outcome,
+        found.known_direction_falls_without_any_computed_fall,
+        found.known_direction_falls_without_computed_outcome,
     ) == (6, 2, 3)
     assert found.log_likelihood_ratio == pytest.approx(np.log(8 * 0.95 + 0.05)), "of the last stone alone"
 
@@ -177,5 +177,5 @@ def test_report_distinguishes_cells_without_outcome_from_stones_outside_the_grid
     )
     results = survey_displacement_findings(StoredDisplacementComparison("s", "x", "a", found))
     assert sentence in render_template_as_markdown(
-        SurveyCommandResults(survey_displacements=[results]), template_name="displacements"
+        ResultsPrintedBySurveyCommands(survey_displacements=[results]), template_name="displacements"
     )

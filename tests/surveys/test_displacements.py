@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError
 from overturning.findings.survey_displacements import survey_displacement_findings
 from overturning.statistics.bootstrap import exact_median_interval
 from overturning.surveys.displacements import (
-    DisplacementComparison,
+    FallAndDisplacementComparison,
     StoredDisplacementComparison,
     compare_falls_shifts_and_twists,
 )
@@ -51,7 +51,7 @@ def survey_table_of_rows(folder: Path, rows: str) -> SurveyTable:
     return read_survey_table(path)
 
 
-def compared_statistics_by_name(found: DisplacementComparison) -> dict[str, Any]:
+def compared_statistics_by_name(found: FallAndDisplacementComparison) -> dict[str, Any]:
     """Return the measures of a comparison (share that fell, twist, ...) by their names."""
     return {one.name: one for one in found.compared_statistics}
 
@@ -174,14 +174,14 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
     cube = cube_of_unmoved_stones_except_given_values(overturned=[[1.0], [0.0], [0.0]]).expand_dims(aspect=[1.0])
     found = compare_falls_shifts_and_twists(read_survey_table(path), cube)
     assert (
-        found.stones_far_outside_shape_grid,
+        found.stones_far_outside_b_over_h_or_aspect_range,
         found.stones_without_computed_outcome,
         found.standing_stones_without_standing_simulation,
     ) == (2 + 8 + 32, 0, 1 + 16)
     assert compared_statistics_by_name(found)["fell"].computed == pytest.approx((1 + 16) / (1 + 4 + 16))
     assert compared_statistics_by_name(found)["fell"].observed == pytest.approx(34 / 63), "all stones"
     findings = survey_displacement_findings(StoredDisplacementComparison("s", "h", "a", found)).all_sites
-    assert findings.stones_far_outside_shape_grid == 42
+    assert findings.stones_far_outside_b_over_h_or_aspect_range == 42
 
 
 @pytest.mark.parametrize("row", ["fell,30,0.8,0.2,0.4,30", "fell,120,0.8,0.4,0.2,30"])
@@ -202,7 +202,7 @@ def test_a_stone_described_from_its_narrow_face_gives_the_same_comparison(tmp_pa
     header = "outcome,face_azimuth_deg,height_m,b_over_h,b_over_h_side,azimuth_deg"
     path.write_text(f"{header}\n{row}\n", encoding="utf-8")
     found = compare_falls_shifts_and_twists(read_survey_table(path), cube)
-    assert (found.stones_far_outside_shape_grid, found.similar_computed_case_count) == (0, 1)
+    assert (found.stones_far_outside_b_over_h_or_aspect_range, found.similar_computed_case_count) == (0, 1)
     assert compared_statistics_by_name(found)["fell"].computed == 1.0
     assert found.fall_direction_comparison is not None
     assert found.fall_direction_comparison.log_likelihood_ratio > 1.5

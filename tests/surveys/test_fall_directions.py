@@ -78,7 +78,7 @@ def test_p_values_of_exact_azimuths_are_uniform_for_falls_to_both_sides(make_cub
         stones = [fallen_stone(float(one), b_over_h=float(of)) for one, of in zip(azimuth, b, strict=True)]
         p.append(
             compare_survey_with_prediction(
-                stones, cube, random_outcome_share=0.0, random_survey_count=20
+                stones, cube, random_outcome_stone_share=0.0, random_survey_count=20
             ).exact_azimuth_watson_u2_test.p_value
         )
     assert np.mean(np.array(p) <= 0.05) < 0.1
@@ -109,7 +109,7 @@ def test_a_true_prediction_fits_azimuths_recorded_in_steps(
     for _ in range(surveys):
         place = generator.choice(share.size, count, p=share)
         azimuth = np.round((predicted.borders[place] + generator.random(count) * width[place]) / step) * step
-        stones = [fallen_stone(float(one), azimuth_recording_step_deg=float(step)) for one in azimuth]
+        stones = [fallen_stone(float(one), fall_azimuth_recording_step_deg=float(step)) for one in azimuth]
         found = compare_survey_with_prediction(stones, site, random_survey_count=200)
         p.append(
             [
@@ -128,7 +128,7 @@ def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(
 ) -> None:
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 60), azimuth=range(0, 360, 5))
     stones = [
-        fallen_stone(30.0 * number, azimuth_recording_step_deg=30.0)
+        fallen_stone(30.0 * number, fall_azimuth_recording_step_deg=30.0)
         for number in (5, 6, 6, 7, 7, 7, 8, 8, 9)
         for _ in range(3)
     ]
@@ -149,7 +149,7 @@ def test_expected_octant_counts_follow_the_steps_of_observed_azimuths(
     """All fall within 52.5° to 67.5°, noted as 60° in steps of 30°: a quarter of the step lies in E."""
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 15))
     found = compare_survey_with_prediction(
-        [fallen_stone(60, azimuth_recording_step_deg=30.0)], site, random_outcome_share=0.0
+        [fallen_stone(60, fall_azimuth_recording_step_deg=30.0)], site, random_outcome_stone_share=0.0
     )
     np.testing.assert_allclose(found.observed_count_by_octant, [0, 0.75, 0.25, 0, 0, 0, 0, 0])
     np.testing.assert_allclose(found.predicted_count_by_octant, found.observed_count_by_octant, atol=1e-12)
@@ -182,11 +182,13 @@ def test_probability_of_a_compass_point_is_the_mean_density_over_its_width(
     """All falls lie within 52.5° to 67.5°: a quarter of these 15° lies in NE (up to 56.25°), the rest in ENE."""
     cube = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 15))
     for number, share in ((2, 3.75 / 15), (3, 11.25 / 15)):
-        found = compare_survey_with_prediction([fallen_stone_of_compass_point(number)], cube, random_outcome_share=0.0)
+        found = compare_survey_with_prediction(
+            [fallen_stone_of_compass_point(number)], cube, random_outcome_stone_share=0.0
+        )
         assert found.log_likelihood_ratio == pytest.approx(math.log(share * 16), rel=1e-9)
     assert (
         compare_survey_with_prediction(
-            [fallen_stone_of_compass_point(4)], cube, random_outcome_share=0.0
+            [fallen_stone_of_compass_point(4)], cube, random_outcome_stone_share=0.0
         ).log_likelihood_ratio
         == -math.inf
     )

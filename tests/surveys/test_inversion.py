@@ -332,7 +332,7 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
         fallen_or_standing_round_column(ROUND_COLUMN_HEIGHTS_AND_B_OVER_H[2], count=8),
     ]
     logs = replace(
-        inversion_with_known_outcomes, random_outcome_share=0.0
+        inversion_with_known_outcomes, random_outcome_stone_share=0.0
     ).fall_and_direction_log_likelihoods_of_survey(stones)
     assert np.isfinite(logs).all()
     one, other = (

@@ -16,7 +16,7 @@ from verification.work_precision.boundaries import (
     falling_and_standing_b_over_h,
 )
 from verification.work_precision.parts import (
-    SchemeSetting,
+    SchemeStepAndPenetration,
     flags_and_peak_rotations_over_alpha,
     run_rigid_rocking_blocks,
 )
@@ -26,9 +26,9 @@ pytestmark = pytest.mark.long
 RELATIVE_STEPS = np.array([0.5, 0.25, 0.125])
 
 
-def soft_contact_setting(scheme: str, step: float) -> SchemeSetting:
+def soft_contact_setting(scheme: str, step: float) -> SchemeStepAndPenetration:
     """Setting with a contact so soft that the error of the time step far exceeds the effects of chaos and rounding."""
-    return SchemeSetting(scheme, step, 2e-5)
+    return SchemeStepAndPenetration(scheme, step, 2e-5)
 
 
 def blocks_under_decaying_sine() -> CaseGroup:
@@ -68,9 +68,10 @@ def test_a_stiff_contact_has_smaller_rotation_errors_at_the_longest_stable_step(
     groups, steps = [CaseGroup(blocks_under_decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
 
     def median_rotation_errors_by_time_step(penetration: float) -> np.ndarray:
-        right = flags_and_peak_rotations_over_alpha(groups, SchemeSetting("centred", 0.016, penetration))
+        right = flags_and_peak_rotations_over_alpha(groups, SchemeStepAndPenetration("centred", 0.016, penetration))
         found = [
-            flags_and_peak_rotations_over_alpha(groups, SchemeSetting("centred", step, penetration)) for step in steps
+            flags_and_peak_rotations_over_alpha(groups, SchemeStepAndPenetration("centred", step, penetration))
+            for step in steps
         ]
         return np.array([median_peak_rotation_error_over_alpha(*one, *right) for one in found])
 
@@ -159,7 +160,7 @@ def test_the_difference_from_the_rigid_block_is_smaller_on_a_stiffer_contact() -
     right = run_rigid_rocking_blocks(groups)
     errors = [
         median_peak_rotation_error_over_alpha(
-            *flags_and_peak_rotations_over_alpha(groups, SchemeSetting("centred", 0.5, delta)), *right
+            *flags_and_peak_rotations_over_alpha(groups, SchemeStepAndPenetration("centred", 0.5, delta)), *right
         )
         for delta in (2e-4, 2e-5)
     ]

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
+from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingLimits, prepare_scene
 from overturning.dem.run import simulate_cases
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw
@@ -30,14 +30,14 @@ def simulate_falling_case(scene: Scene) -> CaseResults:
 
 
 @cache
-def three_tier_grave_and_falling_case() -> tuple[PreparedScene, CaseResults]:
+def three_tier_grave_and_falling_case() -> tuple[SceneEquilibriumStiffnessAndRockingLimits, CaseResults]:
     """The prepared three-tier grave and the results of its falling case; tests change only copies."""
     scene = load_shipped_scene("three-tier")
     return prepare_scene(scene), simulate_falling_case(scene)
 
 
 def results_with_other_rotations_and_flags(
-    prepared: PreparedScene, found: CaseResults, turned_deg: list[float], flags: list[int]
+    prepared: SceneEquilibriumStiffnessAndRockingLimits, found: CaseResults, turned_deg: list[float], flags: list[int]
 ) -> CaseResults:
     """Return results with other rotations and flags, and overturning times that fit them."""
     rotation = np.radians([turned_deg]) / prepared.tipping_angles_or_one_degree_in_rad[prepared.free_element_indices]

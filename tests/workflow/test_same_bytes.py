@@ -47,7 +47,7 @@ def test_a_resumed_run_gives_results_with_the_same_bytes(
         assert not place.cube_path.exists()
 
     faults = {kind.label: kind for kind in FAULT_KINDS}
-    assert sum(kind.trial_count for kind in FAULT_KINDS) == 50
+    assert sum(kind.repetition_count for kind in FAULT_KINDS) == 50
     place, wanted = (
         StudyWorkflowCopyWithPlanning(tmp_path / "elsewhere", cores=1),
         checkout_with_finished_run.cube_path.read_bytes(),

@@ -114,7 +114,9 @@ def main(
 ) -> None:
     """Cause faults of all kinds and publish how many the study survived."""
     with tempfile.TemporaryDirectory() as folder:
-        found = cause_faults_and_count_survived([(kind, kind.trial_count) for kind in FAULT_KINDS], Path(folder), seed)
+        found = cause_faults_and_count_survived(
+            [(kind, kind.repetition_count) for kind in FAULT_KINDS], Path(folder), seed
+        )
         good, total = map(sum, zip(*found.values(), strict=True))
         print(f"{good} of {total}")
         if page:

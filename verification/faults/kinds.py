@@ -233,7 +233,7 @@ class InjectedFaultKind(NamedTuple):
 
     label: str
     inject_fault: FaultFunction
-    trial_count: int
+    repetition_count: int
     needs_finished_study: bool = False
     """True: applied to a finished study; False: to one that has not begun."""
     needs_root_user: bool = False

@@ -37,7 +37,7 @@ from overturning.dem.body.state import (
     STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
     VERTEX_ROW_LAYOUT,
-    BaseExtremeVerticesAndFlatLandingState,
+    BodyBaseContactState,
     BodyContactPointState,
     BodyEnergyAndMomentumAccount,
     BodyPeaksAndLastUprightTick,
@@ -110,7 +110,7 @@ class ContactWrenchPerMass(NamedTuple):
     """Energy released by tangential springs, over half their stiffness, m²."""
 
 
-class ContactForceAndLargestPenetration(NamedTuple):
+class ContactForceAndMaxPenetrationOverPoints(NamedTuple):
     """Contact force on a body in a step, and largest penetration of its contact points."""
 
     wrench: ContactWrenchPerMass
@@ -178,7 +178,7 @@ def apply_contact_law(
     `dashpot_per_mass_over_step` is the dashpot constant over mass and time step, 1/s², so that it multiplies
     displacements. `carries_later_lands_flat_duration_tilting_share` are True if the point carries only later, True if
     the body lands flat, its landing time, s, if it touches now, and the tilting share of the base
-    (`BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`).
+    (`BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`).
     """
     waiting, flat, begun, base_tilting = carries_later_lands_flat_duration_tilting_share
     depth = 0.0 if waiting & (contact_point.penetration > 0.0) else contact_point.penetration
@@ -254,14 +254,14 @@ def apply_contact_law(
 
 @njit(**INLINE_OPTIONS)
 def add_forces_of_contact_pair(
-    contact_totals: ContactForceAndLargestPenetration,
+    contact_totals: ContactForceAndMaxPenetrationOverPoints,
     first_wrench: ContactWrenchPerMass,
     second_wrench: ContactWrenchPerMass,
     first_penetration: float,
     second_penetration: float,
-) -> ContactForceAndLargestPenetration:
+) -> ContactForceAndMaxPenetrationOverPoints:
     """Add the forces of a pair of opposite contact points to the totals of a body."""
-    return ContactForceAndLargestPenetration(
+    return ContactForceAndMaxPenetrationOverPoints(
         add_wrenches_per_mass(contact_totals.wrench, add_wrenches_per_mass(first_wrench, second_wrench)),
         updated_maximum(contact_totals.max_penetration, updated_maximum(second_penetration, first_penetration)),
     )
@@ -272,7 +272,7 @@ def advance_body_one_step(
     body: Constants,
     body_state: BodyState,
     body_axes: Matrix3,
-    contact_totals: ContactForceAndLargestPenetration,
+    contact_totals: ContactForceAndMaxPenetrationOverPoints,
     peak_values: BodyPeaksAndLastUprightTick,
     energy_and_momentum_account: BodyEnergyAndMomentumAccount,
     inertial_accelerations_in_sample: InertialAndUpwardBaseAccelerations3D,
@@ -295,7 +295,7 @@ def advance_body_one_step(
     # The accounts take the velocities at the whole step.
     c = extrapolate_vector(body_state.velocity_relative_to_base, half, a)
     w = angular_velocity_from_momentum(
-        body.mass_over_inertia,
+        body.mass_times_inverse_inertia,
         body_axes,
         extrapolate_vector(body_state.angular_momentum_per_mass, half, t.moment_about_centre),
     )
@@ -329,9 +329,9 @@ def advance_body_one_step(
         extrapolate_vector(body_state.velocity_relative_to_base, dt, a),
         extrapolate_vector(body_state.angular_momentum_per_mass, dt, t.moment_about_centre),
     )
-    w = angular_velocity_from_momentum(body.mass_over_inertia, body_axes, momentum)
+    w = angular_velocity_from_momentum(body.mass_times_inverse_inertia, body_axes, momentum)
     w = angular_velocity_from_momentum(
-        body.mass_over_inertia, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
+        body.mass_times_inverse_inertia, rotation_matrix(rotate_quaternion(body_state.rotation, half, w)), momentum
     )
     place, turn = extrapolate_vector(body_state.centre_position, dt, v), rotate_quaternion(body_state.rotation, dt, w)
     moved = BodyState(
@@ -352,13 +352,11 @@ def advance_body_one_step(
 load_body, load_state, load_rotation_matrix = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3)
 )
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BaseExtremeVerticesAndFlatLandingState
-)
-CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactForceAndLargestPenetration)
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
+CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactForceAndMaxPenetrationOverPoints)
 CONTACT_TOTALS_ARRAY_LENGTH: Final = CONTACT_TOTALS_LAYOUT.array_length
 load_contact_totals, store_contact_totals, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(
-    ContactForceAndLargestPenetration
+    ContactForceAndMaxPenetrationOverPoints
 )
 zero_wrench_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).zero
 load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(
@@ -386,7 +384,9 @@ def compute_axes_and_reset_contact_forces(state: Any, contact_total_rows: Any, l
     for j in range(lane_count):
         s = load_state(state, j)
         store_rotation_matrix(state, j, rotation_matrix(s.rotation))
-        store_contact_totals(contact_total_rows, j, ContactForceAndLargestPenetration(zero_wrench_per_mass(), -1.0))
+        store_contact_totals(
+            contact_total_rows, j, ContactForceAndMaxPenetrationOverPoints(zero_wrench_per_mass(), -1.0)
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -614,7 +614,7 @@ cache_compiled_kernel(run_cundall_case_queue)
 class CundallSimulationPlan(body_plan.BodySimulationPlan):
     """Plan for cases of a 3-D body with Cundall's scheme."""
 
-    queue_function: ClassVar[Any] = staticmethod(run_cundall_case_queue)
+    run_case_queue_function: ClassVar[Any] = staticmethod(run_cundall_case_queue)
 
     @property
     def marker_whose_type_selects_base_shape_loop(self) -> Any:

@@ -62,7 +62,7 @@ def run_program_and_measure_resource_use(
     return ResourceUse(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 
-def measure_simulation_of_case_chunk(folder: Path, chunk_count: int = 8) -> list[MeasuredNumber]:
+def measure_simulation_of_case_chunk(folder: Path, chunk_count_of_record: int = 8) -> list[MeasuredNumber]:
     """Measure time, memory and disk use of simulating 1/8 million cases with their ensemble, on one core.
 
     The record of the cases is a real one.
@@ -75,12 +75,12 @@ def measure_simulation_of_case_chunk(folder: Path, chunk_count: int = 8) -> list
         "read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc"
     )
     draw_parameter_changes_of_members(study.ensemble).write_csv(folder / "members.csv")
-    part = folder / f"rinaldi.1-of-{chunk_count}.nc"
+    part = folder / f"rinaldi.1-of-{chunk_count_of_record}.nc"
     took = run_overturning_command_and_measure_resources(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
-        "--members", folder / "members.csv", "--chunk", f"1-of-{chunk_count}",
+        "--members", folder / "members.csv", "--chunk", f"1-of-{chunk_count_of_record}",
     )  # fmt: skip
-    cases = study.cases_per_record / chunk_count
+    cases = study.cases_per_record / chunk_count_of_record
     return [
         MeasuredNumber("real chunk: cases", cases),
         MeasuredNumber("real chunk: processor time", took.processor_time_s, "s"),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
-from overturning.dem.polygon.prepare import PreparedScene
+from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingLimits
 from overturning.model.geometry import PlacedElement
 from overturning.model.results import CaseResults
 from overturning.model.status import CaseStatus
@@ -75,7 +75,7 @@ class BoundsOnCaseResults(NamedTuple):
     """Smallest side of an element, m; the allowed penetration is a share of it."""
     contact_width_for_stiffness_check: float
     """Width of a contact, m; for a stiff contact the static penetration is small compared with it."""
-    max_horizontal_to_apparent_gravity_ratio: float
+    motion_peak_horizontal_to_apparent_gravity_ratio: float
     """Largest ratio of horizontal to vertical acceleration, |a|/(g + a_up)."""
     min_horizontal_to_apparent_gravity_ratio_to_move: float
     """Ratio of horizontal to vertical acceleration below which nothing moves."""
@@ -121,17 +121,17 @@ def name_of_first_failed_check(
         return "flag and time"
     if (
         results.status[case_index] == CaseStatus.AT_REST
-        and bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio
+        and bounds_on_case_results.motion_peak_horizontal_to_apparent_gravity_ratio
         > bounds_on_case_results.min_horizontal_to_apparent_gravity_ratio_to_move
     ):
         return "left out above a threshold"
-    if bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio == 0.0 and np.any(
+    if bounds_on_case_results.motion_peak_horizontal_to_apparent_gravity_ratio == 0.0 and np.any(
         fallen | (results.peak_slip[case_index] > bounds_on_case_results.max_slip_without_shaking)
     ):
         return "moved without motion"
     if (
         np.any(fallen)
-        and bounds_on_case_results.max_horizontal_to_apparent_gravity_ratio
+        and bounds_on_case_results.motion_peak_horizontal_to_apparent_gravity_ratio
         < 0.2 * bounds_on_case_results.min_horizontal_to_apparent_gravity_ratio_to_fall_if_stiff
         and bounds_on_case_results.largest_penetration_under_own_weight
         < 1e-4 * bounds_on_case_results.contact_width_for_stiffness_check
@@ -140,7 +140,7 @@ def name_of_first_failed_check(
     return ""
 
 
-def max_horizontal_to_apparent_gravity_ratio(motion: Motion) -> float:
+def motion_peak_horizontal_to_apparent_gravity_ratio(motion: Motion) -> float:
     """Return the largest ratio |a|/(g + a_up) of a motion towards north; infinite if the ground falls faster than g."""
     weight = STANDARD_GRAVITY + (np.zeros(motion.sample_count) if motion.up is None else motion.up)
     if (weight <= 0).any():
@@ -163,7 +163,8 @@ def name_of_first_failed_block_check(
     width, ratio = case.b_over_h * case.height, case.b_over_h
     stands = ratio if case.friction < 0.5 * ratio else 0.0
     bounds = BoundsOnCaseResults(
-        static_penetration(case), min(width, case.height), width, max_horizontal_to_apparent_gravity_ratio(motion),
+        static_penetration(case), min(width, case.height), width,
+        motion_peak_horizontal_to_apparent_gravity_ratio(motion),
         min(ratio, case.friction), stands, MAX_ROUNDING_SLIP_PER_METRE * (width + case.height),
     )  # fmt: skip
     lies = results.peak_rotation[0] * np.arctan(ratio) >= RIGHT_ANGLE_RAD * (1 - ROTATION_TOLERANCE_RAD)
@@ -171,7 +172,11 @@ def name_of_first_failed_block_check(
 
 
 def name_of_first_failed_scene_check(
-    prepared_scene: PreparedScene, friction: float, motion: Motion, results: CaseResults, case_index: int = 0
+    prepared_scene: SceneEquilibriumStiffnessAndRockingLimits,
+    friction: float,
+    motion: Motion,
+    results: CaseResults,
+    case_index: int = 0,
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `name_of_first_failed_check`."""
     size = min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.is_driven_or_held)
@@ -180,7 +185,7 @@ def name_of_first_failed_scene_check(
         largest_penetration_under_own_weight(prepared_scene),
         size,
         size,
-        max_horizontal_to_apparent_gravity_ratio(motion),
+        motion_peak_horizontal_to_apparent_gravity_ratio(motion),
         bound * (1 + 1e-9),
         bound,
     )
@@ -196,7 +201,7 @@ def name_of_first_failed_scene_check(
     )
 
 
-def largest_penetration_under_own_weight(prepared_scene: PreparedScene) -> float:
+def largest_penetration_under_own_weight(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> float:
     """Return the largest static penetration, m, of the contacts between elements of a scene.
 
     The two ends of a contact share its weight.
@@ -240,7 +245,7 @@ def min_acceleration_ratio_to_start_rocking(placed_elements: Sequence[PlacedElem
 
 
 def flags_match_rotations(
-    prepared_scene: PreparedScene,
+    prepared_scene: SceneEquilibriumStiffnessAndRockingLimits,
     has_fallen_flag_by_element: NDArray[np.bool_],
     peak_rotation_rad_by_element: FloatArray,
 ) -> bool:
@@ -255,7 +260,7 @@ def flags_match_rotations(
     return not (early | missed).any()
 
 
-def rotations_requiring_fallen_flag(prepared_scene: PreparedScene) -> FloatArray:
+def rotations_requiring_fallen_flag(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> FloatArray:
     """Return the rotation, rad, to either side from which each free element must be marked as fallen.
 
     A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near
@@ -285,7 +290,7 @@ def rotations_requiring_fallen_flag(prepared_scene: PreparedScene) -> FloatArray
     return np.where(angle > RIGHT_ANGLE_RAD, np.inf, angle)
 
 
-def least_possible_rotation_of_fallen_elements(prepared_scene: PreparedScene) -> FloatArray:
+def least_possible_rotation_of_fallen_elements(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> FloatArray:
     """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
     found = []
     for index, asked in zip(
@@ -302,7 +307,7 @@ def least_possible_rotation_of_fallen_elements(prepared_scene: PreparedScene) ->
     return np.array(found)
 
 
-def _fall_rotation_thresholds_of_free_elements(prepared_scene: PreparedScene) -> FloatArray:
+def _fall_rotation_thresholds_of_free_elements(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> FloatArray:
     """Return the rotation, rad, from which each free element counts as fallen: the scene's, or to another face."""
     items = [prepared_scene.elements[index] for index in prepared_scene.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]

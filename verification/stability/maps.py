@@ -11,8 +11,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
-from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
+from overturning.dem.numerics import ELEMENT_STEP_COST_IN_BLOCK_STEPS, NumericalOptions
+from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingLimits, prepare_scene
 from overturning.dem.run import run_cases, simulate_cases
 from overturning.dem.time_step import (
     block_highest_eigenvalue_bound,
@@ -250,7 +250,7 @@ def simulate_and_check_scene_cases(
         numerics = NumericalOptions(
             scheme=case.scheme,
             time_step=case.time_step_argument,
-            budget=BLOCK_STEP_COST_OF_ELEMENT_STEP * budget * len(scene.free_element_names),
+            budget=ELEMENT_STEP_COST_IN_BLOCK_STEPS * budget * len(scene.free_element_names),
             general=True,
         )
         found = simulate_cases(scene, motion, cases, numerics)
@@ -278,7 +278,7 @@ def simulate_and_check_scene_cases(
 
 
 def _dimensionless_groups_of_scene(
-    setting: ParametersOfSceneCases, prepared_scene: PreparedScene | None, motion: Motion
+    setting: ParametersOfSceneCases, prepared_scene: SceneEquilibriumStiffnessAndRockingLimits | None, motion: Motion
 ) -> dict[str, NDArray[Any]]:
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared_scene is None:

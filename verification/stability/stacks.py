@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
-from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOptions
+from overturning.dem.numerics import BODY_STEP_COST_IN_BLOCK_STEPS, NumericalOptions
 from overturning.dem.run import simulate_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import MIN_STONE_HEIGHT_M, Cases
@@ -81,7 +81,7 @@ class ParametersOfStackCases:
     static_penetration_to_width_ratio: float
     """Static penetration over the width of each contact."""
     contact_damping_ratio: float
-    motion_parameters: BlockCaseOfNumericalStabilityMap
+    motion_with_1_g_peak: BlockCaseOfNumericalStabilityMap
     """Kind, sampling interval and vertical component of a motion with a peak of 1 g."""
     friction_by_case: FloatArray
     amplitude_factor_by_case: FloatArray
@@ -169,7 +169,7 @@ def _generate_parameters_of_one_random_stack(generator: np.random.Generator) -> 
         stone_densities=np.round(draw_log_uniform(500.0, 20_000.0, stones)),
         static_penetration_to_width_ratio=float(draw_log_uniform(1e-8, 1e-2)),
         contact_damping_ratio=float(draw_log_uniform(0.01, 5.0)),
-        motion_parameters=shaking,
+        motion_with_1_g_peak=shaking,
         friction_by_case=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASE_COUNT_PER_SCENE_SETTING)),
         amplitude_factor_by_case=amplitude,
         orientation_deg_by_case=np.round(generator.uniform(0.0, 360.0, CASE_COUNT_PER_SCENE_SETTING), 1),
@@ -264,12 +264,12 @@ def simulate_and_check_stack_cases(
 
     `setting_index_as_noise_seed` is the index of the setting on the map; it is the seed of the noise.
     """
-    motion, stones = motion_of_case(setting.motion_parameters, setting_index_as_noise_seed), len(setting.stone_sizes)
+    motion, stones = motion_of_case(setting.motion_with_1_g_peak, setting_index_as_noise_seed), len(setting.stone_sizes)
     above = np.cumsum(setting.stone_masses[::-1])[::-1] - setting.stone_masses
     relative = setting.stone_sizes[:, 2] / setting.stone_sizes[:, :2].min(axis=1)
     alike = {
-        "stones": stones, "kind": setting.boxes_prisms_or_drums, "motion": setting.motion_parameters.motion_kind,
-        "sampling_interval": setting.motion_parameters.sampling_interval,
+        "stones": stones, "kind": setting.boxes_prisms_or_drums, "motion": setting.motion_with_1_g_peak.motion_kind,
+        "sampling_interval": setting.motion_with_1_g_peak.sampling_interval,
         "thinnest": relative.min(), "slenderest": relative.max(), "mass_ratio": (above / setting.stone_masses).max(),
         "penetration_ratio": setting.static_penetration_to_width_ratio, "damping": setting.contact_damping_ratio,
         "ending": np.int8(StabilityCheckVerdict.ARGUMENT_REFUSED), "fallen": np.int8(-1), "energy_error": np.nan,
@@ -297,7 +297,7 @@ def simulate_and_check_stack_cases(
             model,
             motion,
             cases,
-            NumericalOptions(budget=BLOCK_STEP_COST_OF_BODY_STEP * MAX_STEPS_OF_STACK_CASE * stones),
+            NumericalOptions(budget=BODY_STEP_COST_IN_BLOCK_STEPS * MAX_STEPS_OF_STACK_CASE * stones),
         )
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]

@@ -102,7 +102,7 @@ def error_table_with_nan_if_not_measured(rows: Sequence[ErrorTableRow]) -> pd.Da
     return table.astype({name: np.float64 for name, (_, unit) in COLUMN_LONG_NAMES_AND_UNITS.items() if unit})
 
 
-class SchemeSetting(NamedTuple):
+class SchemeStepAndPenetration(NamedTuple):
     """Setting of a computation: scheme, time step over the longest stable one, and static penetration over width."""
 
     scheme: str
@@ -126,7 +126,7 @@ class SchemeSetting(NamedTuple):
             "step_fraction": self.time_step_to_stable_step_ratio,
             "penetration_ratio": self.static_penetration_to_width_ratio,
         }
-        default = self == SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO)
+        default = self == SchemeStepAndPenetration(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO)
         return {"cases_of": case_kind, "against": reference_kind, "default": default} | own | columns
 
     def run_and_measure_cost_per_case(self, groups: Sequence[CaseGroup]) -> tuple[CaseResults, ErrorTableRow]:
@@ -156,7 +156,7 @@ def wrong_flag_and_side_counts(flags: Flags, reference_flags: Flags) -> ErrorTab
 
 def scheme_and_step_settings(
     min_step_to_stable_step_ratio: float = 0.0, includes_finest_step: bool = True
-) -> Iterator[SchemeSetting]:
+) -> Iterator[SchemeStepAndPenetration]:
     """Yield both schemes with each time step above a share of the stable one, with or without the finest."""
     for scheme in COMPARED_SCHEMES:
         fractions = [
@@ -166,11 +166,11 @@ def scheme_and_step_settings(
         ]
         for fraction in fractions[: None if includes_finest_step else -1]:
             if fraction > min_step_to_stable_step_ratio:
-                yield SchemeSetting(scheme, fraction)
+                yield SchemeStepAndPenetration(scheme, fraction)
 
 
 def flags_and_peak_rotations_over_alpha(
-    groups: Sequence[CaseGroup], setting: SchemeSetting
+    groups: Sequence[CaseGroup], setting: SchemeStepAndPenetration
 ) -> tuple[Flags, FloatArray]:
     """Return flags and peak rotations of the cases with a setting, for comparison."""
     found = run_case_groups(groups, **setting.run_cases_arguments).results
@@ -184,7 +184,7 @@ def measure_errors_against_finer_steps(sliding_or_rocking_blocks: str) -> Iterat
     """
     groups, finest = (
         block_case_groups_under_records(sliding_or_rocking_blocks),
-        SchemeSetting("centred", REFERENCE_STEP_TO_STABLE_STEP_RATIO),
+        SchemeStepAndPenetration("centred", REFERENCE_STEP_TO_STABLE_STEP_RATIO),
     )
     right, few = (
         flags_and_peak_rotations_over_alpha(groups, finest),
@@ -218,13 +218,15 @@ def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[Er
     )
     exact = {
         delta: flags_and_peak_rotations_over_alpha(
-            groups, SchemeSetting("centred", STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, delta)
+            groups, SchemeStepAndPenetration("centred", STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, delta)
         )
         for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS
         if delta != DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO  # included in the comparison of time steps
     }
-    usual = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, stiffest).run_cases_arguments
-    slow = SchemeSetting("centred", 2 * STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, stiffest).run_cases_arguments
+    usual = SchemeStepAndPenetration(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, stiffest).run_cases_arguments
+    slow = SchemeStepAndPenetration(
+        "centred", 2 * STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP, stiffest
+    ).run_cases_arguments
     where = boundaries_between_falling_and_standing_cases(
         groups, run_case_groups(groups, **usual).results.overturned, MAX_FALL_BOUNDARIES_PER_RECORD
     )
@@ -232,7 +234,7 @@ def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[Er
         groups, where, usual, slow, RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY
     )
     for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS:
-        setting = SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
+        setting = SchemeStepAndPenetration(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
         found, spent = setting.run_and_measure_cost_per_case(groups)
         shift = median_relative_boundary_shift(
             groups, where, setting.run_cases_arguments, near, right, RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY
@@ -301,7 +303,7 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
     The exact block is compared by order of its series.
     """
     others = [
-        SchemeSetting(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
+        SchemeStepAndPenetration(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
         for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS
         if delta != DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
     ]

@@ -3,14 +3,14 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from overturning.commands.declared import BodyOptions
+from overturning.commands.declared import BodyOptionsOfCommandOne
 
 if TYPE_CHECKING:
     from overturning.model.shapes import Shape
 
 
 def create_body_shape_and_scan_description_lines(
-    body_options: BodyOptions, density_kg_m3: float | None
+    body_options: BodyOptionsOfCommandOne, density_kg_m3: float | None
 ) -> "tuple[Shape, list[str]]":
     """Create the shape of a 3-D body from options; also return text lines on a scan."""
     from overturning.errors import ArgumentError

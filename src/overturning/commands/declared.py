@@ -93,7 +93,7 @@ class RecordFileOptions:
 
 
 @dataclass(frozen=True)
-class MotionOptions:
+class MotionOptionsOfCommandOne:
     """Options of `overturning one` that select the input motion, and scale its amplitude."""
 
     record_id_file_or_pulse: Annotated[
@@ -116,7 +116,7 @@ class MotionOptions:
 
 
 @dataclass(frozen=True)
-class StoneOptions:
+class StoneOptionsOfCommandOne:
     """Options of `overturning one` for size, friction and contact stiffness of the stone."""
 
     b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None
@@ -131,7 +131,7 @@ class StoneOptions:
 
 
 @dataclass(frozen=True)
-class PlanarModelOptions:
+class PlanarOptionsOfCommandOne:
     """Options of `overturning one` for 2-D simulations: azimuths, scene, density, stiffness and damping."""
 
     azimuth: Annotated[
@@ -149,7 +149,7 @@ class PlanarModelOptions:
 
 
 @dataclass(frozen=True)
-class BodyOptions:
+class BodyOptionsOfCommandOne:
     """Options of `overturning one` for a 3-D body: its shape, and the azimuths of its front face."""
 
     body: Annotated[bool, typer.Option("--body", help="simulate a 3-D body instead of a 2-D scene")] = False
@@ -178,7 +178,7 @@ class BodyOptions:
 
 
 @dataclass(frozen=True)
-class FilmAndFigureOptions:
+class FilmAndFigureOptionsOfCommandOne:
     """Options of `overturning one` for the film and figure files that it writes, and their language."""
 
     film_path: Annotated[

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Literal
 from overturning.commands.declared import (
     DEFAULT_RECORD_FOLDER,
     DEFAULT_RECORD_TABLE_PATH,
-    BodyOptions,
-    FilmAndFigureOptions,
-    MotionOptions,
-    PlanarModelOptions,
+    BodyOptionsOfCommandOne,
+    FilmAndFigureOptionsOfCommandOne,
+    MotionOptionsOfCommandOne,
+    PlanarOptionsOfCommandOne,
     RecordFileOptions,
-    StoneOptions,
+    StoneOptionsOfCommandOne,
     expand_dataclass_parameters_to_options,
 )
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 @expand_dataclass_parameters_to_options
 def simulate_stone_or_scene_under_one_record(
-    motion_options: MotionOptions,
-    body_options: BodyOptions,
-    planar_model_options: PlanarModelOptions,
-    stone_options: StoneOptions,
-    output_options: FilmAndFigureOptions,
+    motion_options: MotionOptionsOfCommandOne,
+    body_options: BodyOptionsOfCommandOne,
+    planar_model_options: PlanarOptionsOfCommandOne,
+    stone_options: StoneOptionsOfCommandOne,
+    output_options: FilmAndFigureOptionsOfCommandOne,
     file_options: RecordFileOptions,
 ) -> None:
     """Simulate one block, scene or stack under one record; print the outcome, and write a film or figure."""
@@ -45,7 +45,7 @@ def simulate_stone_or_scene_under_one_record(
     motion = Motion.of(record if motion_options.applies_vertical_motion else replace(record, up=None))
     if body_options.mesh is not None and not body_options.body:
         body_options = replace(body_options, body=True)
-    allowed = PlanarModelOptions(density=planar_model_options.density if body_options.mesh else None)
+    allowed = PlanarOptionsOfCommandOne(density=planar_model_options.density if body_options.mesh else None)
     if body_options.body and planar_model_options != allowed:
         raise ArgumentError(
             "--body, --mesh: accept --orientation and --damping-ratio; leave out azimuth, scene, damping, stiffness, "
@@ -152,22 +152,24 @@ class _SimulatedTrajectories:
 
 
 def _refuse_azimuth_or_body_options_for_stack(
-    planar_model_options: PlanarModelOptions, body_options: BodyOptions
+    planar_model_options: PlanarOptionsOfCommandOne, body_options: BodyOptionsOfCommandOne
 ) -> None:
     """Raise an error if options for a 3-D body or a 2-D scene are combined with those for a 3-D stack."""
     from overturning.errors import ArgumentError
 
-    if planar_model_options.azimuth or body_options != BodyOptions(orientation=body_options.orientation):
+    if planar_model_options.azimuth or body_options != BodyOptionsOfCommandOne(orientation=body_options.orientation):
         raise ArgumentError(
             "--scene with --orientation simulates a stack in 3-D; leave out azimuth, body, plan, aspect, mesh options"
         )
 
 
-def _check_options_of_2d_simulation(planar_model_options: PlanarModelOptions, body_options: BodyOptions) -> None:
+def _check_options_of_2d_simulation(
+    planar_model_options: PlanarOptionsOfCommandOne, body_options: BodyOptionsOfCommandOne
+) -> None:
     """Raise an error if a 2-D simulation has options for a 3-D body, or has no azimuth."""
     from overturning.errors import ArgumentError
 
-    default = vars(BodyOptions())
+    default = vars(BodyOptionsOfCommandOne())
     if wrong := [f"--{name.replace('_', '-')}" for name, value in vars(body_options).items() if value != default[name]]:
         raise ArgumentError(
             f"{', '.join(wrong)}: only for a 3-D body; add --body or --mesh, or --scene with --orientation"
@@ -179,9 +181,9 @@ def _check_options_of_2d_simulation(planar_model_options: PlanarModelOptions, bo
 def _simulate_stack(
     motion: "Motion",
     amplitude_factor: float,
-    planar_model_options: PlanarModelOptions,
+    planar_model_options: PlanarOptionsOfCommandOne,
     front_face_azimuths_deg: list[float],
-    stone_options: StoneOptions,
+    stone_options: StoneOptionsOfCommandOne,
     motion_start_after_file_start_s: float,
 ) -> _SimulatedTrajectories:
     """Simulate a 3-D stack at each orientation; times count from the first sample of the record file."""
@@ -215,7 +217,7 @@ def _simulate_stack(
     )  # fmt: skip
 
 
-def _checked_friction_option_or_1(scene: "Scene", stone_options: StoneOptions) -> float:
+def _checked_friction_option_or_1(scene: "Scene", stone_options: StoneOptionsOfCommandOne) -> float:
     """Return the option --friction (default 1); raise an error if given for a scene with its own coefficients."""
     from overturning.errors import ArgumentError
 
@@ -227,8 +229,8 @@ def _checked_friction_option_or_1(scene: "Scene", stone_options: StoneOptions) -
 def _simulate_planar_scene(
     motion: "Motion",
     amplitude_factor: float,
-    planar_model_options: PlanarModelOptions,
-    stone_options: StoneOptions,
+    planar_model_options: PlanarOptionsOfCommandOne,
+    stone_options: StoneOptionsOfCommandOne,
     motion_start_after_file_start_s: float,
 ) -> _SimulatedTrajectories:
     """Simulate a 2-D scene along each azimuth; times count from the first sample of the record file."""
@@ -272,8 +274,8 @@ def _simulate_planar_scene(
 def _simulate_body_at_each_orientation(
     motion: "Motion",
     amplitude_factor: float,
-    body_options: BodyOptions,
-    stone_options: StoneOptions,
+    body_options: BodyOptionsOfCommandOne,
+    stone_options: StoneOptionsOfCommandOne,
     motion_start_after_file_start_s: float,
     density_kg_m3: float | None,
 ) -> _SimulatedTrajectories:
@@ -312,7 +314,9 @@ def _simulate_body_at_each_orientation(
     )
 
 
-def _check_film_and_figure_can_be_written(output_options: FilmAndFigureOptions, body_options: BodyOptions) -> None:
+def _check_film_and_figure_can_be_written(
+    output_options: FilmAndFigureOptionsOfCommandOne, body_options: BodyOptionsOfCommandOne
+) -> None:
     """Raise an error before the simulation if the film or figure could not be written after it."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output_path
@@ -337,7 +341,9 @@ def _check_film_and_figure_can_be_written(output_options: FilmAndFigureOptions, 
         raise ArgumentError(f"{figure_path.name}: one orientation at a time; give --orientation once")
 
 
-def _load_scene_or_create_gravestone(planar_model_options: PlanarModelOptions, damping_ratio: float | None) -> "Scene":
+def _load_scene_or_create_gravestone(
+    planar_model_options: PlanarOptionsOfCommandOne, damping_ratio: float | None
+) -> "Scene":
     """Return the named scene; by default, a gravestone with the density and contact that the options state."""
     from overturning.errors import ArgumentError
     from overturning.model.contact import Contact
@@ -366,7 +372,7 @@ def _load_scene_or_create_gravestone(planar_model_options: PlanarModelOptions, d
 
 
 def _read_and_process_record_or_create_pulse(
-    motion_options: MotionOptions, file_options: RecordFileOptions
+    motion_options: MotionOptionsOfCommandOne, file_options: RecordFileOptions
 ) -> "Record":
     """Read a record from its table entry or file and apply the default processing, or create a pulse."""
     from overturning.errors import ArgumentError, ConfigError, closest_name_hint

@@ -64,7 +64,7 @@ def summarise_or_compare_survey(
         return
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.observed import observed_survey_findings
-    from overturning.findings.survey_commands import SurveyCommandResults
+    from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
     from overturning.report.drawings import write_roses_of_observed_falls
     from overturning.surveys.observed import summarise_survey
     from overturning.surveys.stones import read_survey_table
@@ -85,7 +85,7 @@ def summarise_or_compare_survey(
     for note in table.notes:
         print(note)
     observed = observed_survey_findings(summarise_survey(table))
-    _print_results_with_template(SurveyCommandResults(observed_surveys=[observed]), "survey_summary")
+    _print_results_with_template(ResultsPrintedBySurveyCommands(observed_surveys=[observed]), "survey_summary")
     if cube is not None:
         print()
         _compare_survey_with_cubes_and_write_results(stones, table, (cubes, record), background, figure, output)
@@ -133,7 +133,7 @@ def _compare_survey_with_cubes_and_write_results(
     survey_path: Path,
     survey_table: "SurveyTable",
     pair_of_cube_path_by_site_and_record_id: tuple[dict[str, Path], str | None],
-    random_outcome_share: float,
+    random_outcome_stone_share: float,
     figure_path: Path | None,
     comparison_json_path: Path | None,
 ) -> None:
@@ -141,7 +141,7 @@ def _compare_survey_with_cubes_and_write_results(
 
     Results cubes are given by site; the key "" stands for all sites that are not named.
     """
-    from overturning.findings.survey_commands import SurveyCommandResults
+    from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
     from overturning.findings.surveys import survey_prediction_findings
     from overturning.labels import unsimulated_azimuth_label, variant_label_in_list_if_not_nominal
     from overturning.stored import write_result_as_json
@@ -165,13 +165,16 @@ def _compare_survey_with_cubes_and_write_results(
             survey_table,
             (default, cubes),
             (name, on_soil),
-            random_outcome_share,
+            random_outcome_stone_share,
             figure_path,
             comparison_json_path,
         )
         return
     comparison = compare_survey_with_prediction(
-        survey_table.counted_stones, default, results_cube_by_site=cubes, random_outcome_share=random_outcome_share
+        survey_table.counted_stones,
+        default,
+        results_cube_by_site=cubes,
+        random_outcome_stone_share=random_outcome_stone_share,
     )
     parts = {
         one: survey_table.select_site(one).counted_stones
@@ -179,7 +182,9 @@ def _compare_survey_with_cubes_and_write_results(
         if len(survey_table.site_names) > 1
     }
     by_site = {
-        one: compare_survey_with_prediction(part, cubes.get(one, default), random_outcome_share=random_outcome_share)
+        one: compare_survey_with_prediction(
+            part, cubes.get(one, default), random_outcome_stone_share=random_outcome_stone_share
+        )
         for one, part in parts.items()
         if part
     }
@@ -189,7 +194,7 @@ def _compare_survey_with_cubes_and_write_results(
     found = survey_prediction_findings(result)
     # The summary has printed the doubts.
     _print_results_with_template(
-        SurveyCommandResults(surveys=[found.model_copy(update={"survey_file_warnings": []})]), "survey"
+        ResultsPrintedBySurveyCommands(surveys=[found.model_copy(update={"survey_file_warnings": []})]), "survey"
     )
     if comparison_json_path is not None:
         write_result_as_json(result, comparison_json_path)
@@ -205,7 +210,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
     survey_table: "SurveyTable",
     pair_of_default_cube_and_cube_by_site: "tuple[Dataset, dict[str, Dataset]]",
     pair_of_record_id_and_soil_by_site: "tuple[str, dict[str, SoilBelowSurveySite]]",
-    random_outcome_share: float,
+    random_outcome_stone_share: float,
     figure_path: Path | None,
     comparison_json_path: Path | None,
 ) -> None:
@@ -216,7 +221,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
     The default cube is the results cube for all sites without a cube of their own.
     """
     from overturning.findings.observed import observed_survey_findings
-    from overturning.findings.survey_commands import SurveyCommandResults
+    from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
     from overturning.findings.survey_displacements import survey_displacement_findings
     from overturning.report.drawings import write_roses_of_observed_falls
     from overturning.stored import write_result_as_json
@@ -233,7 +238,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
         sha256=sha256,
         record=record,
         all_sites_comparison=compare_falls_shifts_and_twists(
-            survey_table, default, by_site, random_fall_direction_share=random_outcome_share
+            survey_table, default, by_site, random_fall_direction_share=random_outcome_stone_share
         ),
         survey_warnings=survey_table.warnings,
         survey_file_comments=remarks,
@@ -241,7 +246,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
             (
                 site,
                 compare_falls_shifts_and_twists(
-                    part, by_site.get(site, default), random_fall_direction_share=random_outcome_share
+                    part, by_site.get(site, default), random_fall_direction_share=random_outcome_stone_share
                 ),
             )
             for site, part in parts.items()
@@ -251,7 +256,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
     )
     found = survey_displacement_findings(result)
     shown = found.model_copy(update={"survey_file_warnings": []})
-    _print_results_with_template(SurveyCommandResults(survey_displacements=[shown]), "displacements")
+    _print_results_with_template(ResultsPrintedBySurveyCommands(survey_displacements=[shown]), "displacements")
     if comparison_json_path is not None:
         write_result_as_json(result, comparison_json_path)
     if figure_path is not None:
@@ -309,7 +314,7 @@ def infer_motion_from_survey(
 
     from overturning.files import check_output_path, check_outputs_are_separate_files
     from overturning.findings.inferred_motion import inferred_motion_findings
-    from overturning.findings.survey_commands import SurveyCommandResults
+    from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
     from overturning.report.drawings import write_ground_motion_posterior_figure
     from overturning.report.filters import format_count_with_noun
     from overturning.study.preflight import format_duration
@@ -360,7 +365,7 @@ def infer_motion_from_survey(
     )
     result = SurveyInversion(responses, background_share, fixed_share).invert_survey(stones.name, rows)
     _print_results_with_template(
-        SurveyCommandResults(inferred_motions=[inferred_motion_findings(result, rows)]), "motions"
+        ResultsPrintedBySurveyCommands(inferred_motions=[inferred_motion_findings(result, rows)]), "motions"
     )
     if output is not None:
         write_inversion_result(result, output)

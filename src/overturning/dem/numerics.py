@@ -24,10 +24,10 @@ MAX_BUDGET_IN_BLOCK_STEPS: Final = 10**15
 MAX_REFINEMENT: Final = 65_536
 """Largest refinement: numbers of steps then stay below the largest integer of the kernels."""
 
-BLOCK_STEP_COST_OF_BODY_STEP: Final = 5
+BODY_STEP_COST_IN_BLOCK_STEPS: Final = 5
 """Block steps charged to the budget for one step of a 3-D body, in proportion to its processor time."""
 
-BLOCK_STEP_COST_OF_ELEMENT_STEP: Final = 20
+ELEMENT_STEP_COST_IN_BLOCK_STEPS: Final = 20
 """Block steps charged to the budget for one step of one scene element."""
 
 
@@ -48,8 +48,8 @@ class NumericalOptions:
         Number of parts into which each step is divided; for verification.
     budget : int
         Largest number of block steps of one case, including rejected steps and reruns; beyond it the case is marked
-        `CaseStatus.OVER_BUDGET`. One step of a 3-D body counts as `BLOCK_STEP_COST_OF_BODY_STEP`, of a scene element as
-        `BLOCK_STEP_COST_OF_ELEMENT_STEP` block steps.
+        `CaseStatus.OVER_BUDGET`. One step of a 3-D body counts as `BODY_STEP_COST_IN_BLOCK_STEPS`, of a scene element
+        as `ELEMENT_STEP_COST_IN_BLOCK_STEPS` block steps.
     threads : int
         Number of threads; results are bit-equal for any number.
     progress : callable, optional

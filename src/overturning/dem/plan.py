@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import rerun_until_energy_balances_or_mark_unstable
-from overturning.dem.kernel.ground import BaseAccelerationsWithMaximaAhead, max_acceleration_in_window_by_rest_check
+from overturning.dem.kernel.ground import (
+    BaseAccelerationsAndMaximaInWindowAhead,
+    max_acceleration_in_window_by_rest_check,
+)
 from overturning.dem.kernel.queue import SettingsCommonToParallelCases, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError
@@ -56,9 +59,9 @@ class SimulationPlan(ABC):
     The values of a case depend only on this case and its motion, so that subsets give the same results.
     """
 
-    split_long_queues: ClassVar[bool] = False
+    shares_long_queue_between_two_threads: ClassVar[bool] = False
     """True if a long queue is split in two, so that two threads share its work."""
-    queue_function: ClassVar[Any] = staticmethod(run_case_queue)
+    run_case_queue_function: ClassVar[Any] = staticmethod(run_case_queue)
     """Function that runs a queue of cases."""
     result_dtype: ClassVar[Any]
     """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
@@ -66,19 +69,19 @@ class SimulationPlan(ABC):
     """Dtype of a row of the path; if structured, it has a column `time`."""
     index_or_field_name_of_trajectory_time: ClassVar[Any] = "time"
     """Index of the time in a row of the path."""
-    base_acceleration_columns: ClassVar[Any] = ("ground_acceleration",)
+    trajectory_columns_of_base_acceleration: ClassVar[Any] = ("ground_acceleration",)
     """Indices of the base motion in a row of the path."""
     dataset_values_per_trajectory_row: ClassVar[int] = 1
     """Number of values per time in the dataset of a path; limits the number of rows."""
-    block_step_cost_per_step: ClassVar[int] = 1
+    step_cost_in_block_steps: ClassVar[int] = 1
     """Block steps charged to the budget for one step."""
 
     model: Model
     motion: Motion
     cases: Cases
     numerics: NumericalOptions
-    motion_row_by_case: NDArray[np.int64]  # shape (n,): row of `base_accelerations` for each case
-    base_accelerations: (
+    motion_row_by_case: NDArray[np.int64]  # shape (n,): row of `base_accelerations_by_direction` for each case
+    base_accelerations_by_direction: (
         FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
     )
     steps_per_sample: NDArray[np.int64]  # shape (n,): steps per sample
@@ -101,12 +104,12 @@ class SimulationPlan(ABC):
     def max_horizontal_and_vertical_by_rest_check_m_s2(self) -> tuple[FloatArray, FloatArray]:
         """Largest unscaled horizontal and vertical base accelerations ahead at each rest check, m/s²: two arrays."""
         across = (
-            np.abs(self.base_accelerations)
-            if self.base_accelerations.ndim == 2
-            else np.sqrt((self.base_accelerations**2).sum(axis=1))
+            np.abs(self.base_accelerations_by_direction)
+            if self.base_accelerations_by_direction.ndim == 2
+            else np.sqrt((self.base_accelerations_by_direction**2).sum(axis=1))
         )
         up = (
-            np.zeros(self.base_accelerations.shape[-1])
+            np.zeros(self.base_accelerations_by_direction.shape[-1])
             if self.unscaled_upward_acceleration is None
             else np.abs(self.unscaled_upward_acceleration)
         )
@@ -163,7 +166,7 @@ class SimulationPlan(ABC):
             """Simulate the cases in these rows of the result table, with each time step divided by `step_divisor`."""
             nonlocal recorded
             buffer[:] = 0.0
-            recorded, count = self.queue_function(
+            recorded, count = self.run_case_queue_function(
                 self.kernel_input(case_numbers, tables, step_divisor), result_rows, counter_of_block_steps_done, buffer
             )
             if count < 0:  # the path has reached its limit
@@ -226,7 +229,7 @@ class SimulationPlan(ABC):
         ahead = np.repeat(np.cumsum(missing + 1), missing + 1) - 1 - np.arange(after.size)
         filled, new = trajectory_rows[after], ahead > 0
         filled[self.index_or_field_name_of_trajectory_time] = time[after] - ahead * interval
-        for column in self.base_acceleration_columns:
+        for column in self.trajectory_columns_of_base_acceleration:
             ground = np.interp(
                 filled[self.index_or_field_name_of_trajectory_time],
                 base_motion_row_by_sample[self.index_or_field_name_of_trajectory_time],
@@ -253,13 +256,13 @@ class SimulationPlan(ABC):
             ticks_per_sample=ticks_per_whole_step * steps,
             attempted_steps_between_end_checks=steps,
             free_element_count=len(self.model.free_element_names),
-            max_steps_times_elements_per_case=self.numerics.budget // self.block_step_cost_per_step,
+            max_steps_times_elements_per_case=self.numerics.budget // self.step_cost_in_block_steps,
             max_trajectory_rows=MAX_TRAJECTORY_DATASET_VALUES // self.dataset_values_per_trajectory_row,
             parallel_case_count=parallel_case_count,
         )
         ground, row = (
-            BaseAccelerationsWithMaximaAhead(
-                self.base_accelerations,
+            BaseAccelerationsAndMaximaInWindowAhead(
+                self.base_accelerations_by_direction,
                 self.unscaled_upward_acceleration,
                 *self.max_horizontal_and_vertical_by_rest_check_m_s2,
             ),

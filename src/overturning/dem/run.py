@@ -102,7 +102,7 @@ def simulate_cases(
         """Simulate the cases with these indices and store their outcomes."""
         results.store_outcomes(case_numbers, plan.simulate_cases_of_group(case_numbers, counter)[0])
 
-    case_groups = split_into_case_groups(order, plan.parallel_group_by_case, plan.split_long_queues)
+    case_groups = split_into_case_groups(order, plan.parallel_group_by_case, plan.shares_long_queue_between_two_threads)
     simulate_groups_in_threads(
         simulate_case_group, case_groups, numerics, counter, int(length.sum()) * len(model.free_element_names)
     )

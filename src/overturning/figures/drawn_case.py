@@ -20,7 +20,7 @@ class IllustrativeCaseWithFigures:
         Title of the case, and the rule that chose it.
     block_and_motion_description, block_parameters_text, record : str
         The block and its motion in words, the block as B/H, H and µ, and the id of the record.
-    panel_variants, panel_headings, panel_outcomes : tuple of str
+    variant_name_by_panel, panel_headings, panel_outcomes : tuple of str
         Variant, heading and outcome of each panel of the film.
     film : dict
         Data for the player; see `overturning.figures.film.Film.player_data`.
@@ -37,7 +37,7 @@ class IllustrativeCaseWithFigures:
     block_and_motion_description: str
     block_parameters_text: str
     record: str
-    panel_variants: tuple[str, ...]
+    variant_name_by_panel: tuple[str, ...]
     panel_headings: tuple[str, ...]
     panel_outcomes: tuple[str, ...]
     film: dict[str, Any]

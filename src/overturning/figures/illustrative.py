@@ -140,7 +140,7 @@ def _simulate_and_draw_illustrative_case(
     """
     study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
-    settings = case.panel_variants or (NOMINAL_VARIANT,) * len(case.panel_azimuths_deg)
+    settings = case.variant_name_by_panel or (NOMINAL_VARIANT,) * len(case.panel_azimuths_deg)
     every = [_read_motion_for_variant(study, motion_folder, record, name) for name in settings]
     paths = [
         simulate_block_trajectories(study, motion, case.block_coordinates, [angle], name)[0]
@@ -149,7 +149,7 @@ def _simulate_and_draw_illustrative_case(
     motion = every[0]
     headings = [
         panel_heading_of_variant(study, *pair)
-        for pair in zip(case.panel_variants, reversed(case.panel_variants), strict=True)
+        for pair in zip(case.variant_name_by_panel, reversed(case.variant_name_by_panel), strict=True)
     ]
     film = film_of_trajectories(paths, every, _film_title(study, one, case, paths), headings=headings)
     place = station_and_event_text_of_cube(one)
@@ -187,7 +187,7 @@ def _simulate_and_draw_illustrative_case(
         block_and_motion_description=film.title,
         block_parameters_text=block_label(study, case.block_coordinates),
         record=record,
-        panel_variants=settings,
+        variant_name_by_panel=settings,
         panel_headings=tuple(panel.title for panel in film.panels),
         panel_outcomes=tuple(panel.outcome_sentence for panel in film.panels),
         film=film.player_data(),

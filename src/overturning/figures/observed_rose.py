@@ -48,7 +48,7 @@ _TITLE_LETTER_WIDTH_INCHES: Final = 0.08
 
 
 @dataclass(frozen=True)
-class ObservedFallRose:
+class ObservedFallRoseCounts:
     """Number of observed falls in each direction at one survey site or in the whole survey, for a rose diagram.
 
     Attributes
@@ -71,7 +71,7 @@ class ObservedFallRose:
     mean_axis_interval_half_width_deg: float | None = None
 
 
-def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
+def observed_fall_roses_figure(roses: Sequence[ObservedFallRoseCounts]) -> Figure:
     """Draw rose diagrams of observed falls, each on its own scale; one rose alone has the width of a text column."""
     count = len(roses)
     columns = 1 if is_drawing_for_phone() else min(count, MAX_ROSES_PER_ROW)
@@ -94,7 +94,7 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRose]) -> Figure:
     return figure
 
 
-def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRose) -> None:
+def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRoseCounts) -> None:
     """Draw a rose diagram: sectors with areas proportional to numbers of falls, and mean directions at the rim."""
     turn_axes_into_compass(axes, name_distance_pt=13)
     counts = np.asarray(rose.falls_by_sector, np.float64)

@@ -30,23 +30,23 @@ class LogisticCoefficient(FindingBaseClass):
     """Largest value of the predictor in the data."""
     odds_factor_per_doubling: OptionalNumber
     """Factor on the odds of a fall if the quantity doubles and the other predictors stay; None for the intercept."""
-    odds_factor_low: OptionalNumber
+    odds_factor_per_doubling_low: OptionalNumber
     """Lower end of the interval of `odds_factor_per_doubling`."""
-    odds_factor_high: OptionalNumber
+    odds_factor_per_doubling_high: OptionalNumber
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
-class DoublingEffectOnFallProbabilityOfHalf(FindingBaseClass):
+class FallProbabilityFromHalfAfterDoubling(FindingBaseClass):
     """Probability, with interval, to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles."""
 
     doubled_quantity: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
-    fall_probability_if_half_before: OptionalNumber
+    fall_probability_after_doubling_from_half: OptionalNumber
     """Probability of a fall after doubling if it was 0.5 before."""
-    fall_probability_if_half_before_low: OptionalNumber = None
-    """Lower end of the interval of `fall_probability_if_half_before`."""
-    fall_probability_if_half_before_high: OptionalNumber = None
-    """Upper end of the interval of `fall_probability_if_half_before`."""
+    fall_probability_after_doubling_from_half_low: OptionalNumber = None
+    """Lower end of the interval of `fall_probability_after_doubling_from_half`."""
+    fall_probability_after_doubling_from_half_high: OptionalNumber = None
+    """Upper end of the interval of `fall_probability_after_doubling_from_half`."""
 
 
 class LogisticFitFindings(FindingBaseClass):
@@ -60,7 +60,7 @@ class LogisticFitFindings(FindingBaseClass):
     """Number of earthquakes."""
     confidence_level: float
     """Probability of the intervals."""
-    fall_probabilities_after_doubling: list[DoublingEffectOnFallProbabilityOfHalf]
+    fall_probabilities_after_doubling: list[FallProbabilityFromHalfAfterDoubling]
     """Factors on the odds as probabilities, for the predictors whose interval excludes no effect."""
     reason_for_missing_fit_or_interval: str
     """Reason why there is no fit or no interval; otherwise empty."""
@@ -85,7 +85,7 @@ class CriterionScore(FindingBaseClass):
     """Mean skill at fixed height and B/H without planes and blocks beyond the range of the pulse criterion."""
 
 
-class SkillDifference(FindingBaseClass):
+class SkillDifferenceOfTwoCriteria(FindingBaseClass):
     """Difference in skill of two criteria among blocks of equal shape: the one listed first minus the other."""
 
     first_criterion: str
@@ -107,11 +107,11 @@ class CriteriaFindings(FindingBaseClass):
     """Criterion with the largest mean skill at fixed height and B/H; empty if no skill is defined."""
     best_minus_other_skill_by_other_criterion: dict[str, Estimate]
     """Mean skill at fixed height and B/H of `largest_skill_criterion` minus that of each other criterion."""
-    insignificant_differences_from_best_skill: list[SkillDifference]
+    insignificant_differences_from_best_skill: list[SkillDifferenceOfTwoCriteria]
     """Values of `best_minus_other_skill_by_other_criterion` with intervals that include 0, in the order of `scores`."""
     share_of_cases_beyond_pulse_criterion_range: OptionalNumber
     """Share of planes and blocks for which the pulse criterion is far too low."""
-    max_pulse_criterion_frequency_ratio: float = MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
+    max_valid_pulse_to_block_frequency_ratio: float = MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
@@ -153,8 +153,8 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
                 data_minimum=least,
                 data_maximum=most,
                 odds_factor_per_doubling=doubled[0],
-                odds_factor_low=doubled[1],
-                odds_factor_high=doubled[2],
+                odds_factor_per_doubling_low=doubled[1],
+                odds_factor_per_doubling_high=doubled[2],
             )
         )
     fitted = (
@@ -177,21 +177,25 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
 
 def _fall_probability_if_quantity_doubles(
     doubled_quantity: str, coefficient: LogisticCoefficient
-) -> DoublingEffectOnFallProbabilityOfHalf | None:
+) -> FallProbabilityFromHalfAfterDoubling | None:
     """Return the probability to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles.
 
     None if the effect is not significant: the interval of the factor on the odds includes 1.
     """
-    odds = (coefficient.odds_factor_per_doubling, coefficient.odds_factor_low, coefficient.odds_factor_high)
+    odds = (
+        coefficient.odds_factor_per_doubling,
+        coefficient.odds_factor_per_doubling_low,
+        coefficient.odds_factor_per_doubling_high,
+    )
     known = [one for one in odds if one is not None]
     if len(known) < len(odds) or known[1] <= 1.0 <= known[2]:
         return None
     value, low, high = (1.0 - 1.0 / (1.0 + one) for one in known)  # also for a factor too large for a number
-    return DoublingEffectOnFallProbabilityOfHalf(
+    return FallProbabilityFromHalfAfterDoubling(
         doubled_quantity=doubled_quantity,
-        fall_probability_if_half_before=value,
-        fall_probability_if_half_before_low=low,
-        fall_probability_if_half_before_high=high,
+        fall_probability_after_doubling_from_half=value,
+        fall_probability_after_doubling_from_half_low=low,
+        fall_probability_after_doubling_from_half_high=high,
     )
 
 
@@ -240,7 +244,7 @@ def _insignificant_skill_differences(
     criterion_with_largest_skill: str,
     skill_lead_by_other_criterion: Mapping[str, Estimate],
     criterion_names_in_listed_order: Sequence[str],
-) -> list[SkillDifference]:
+) -> list[SkillDifferenceOfTwoCriteria]:
     """Return the differences in skill between the best criterion and others whose confidence interval includes 0."""
     differences = []
     for other, lead in skill_lead_by_other_criterion.items():
@@ -253,7 +257,7 @@ def _insignificant_skill_differences(
         else:
             first, second, difference = other, criterion_with_largest_skill, negate_estimate(lead)
         differences.append(
-            SkillDifference(first_criterion=first, second_criterion=second, first_minus_second=difference)
+            SkillDifferenceOfTwoCriteria(first_criterion=first, second_criterion=second, first_minus_second=difference)
         )
     return differences
 

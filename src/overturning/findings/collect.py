@@ -37,7 +37,7 @@ from overturning.findings.direction import (
 from overturning.findings.displacements import ElementDisplacementFindings, final_slip_and_rotation_of_elements
 from overturning.findings.exactness import (
     ConvergenceFindings,
-    EnsembleFindings,
+    EnsembleDisagreementFindings,
     FinalTwistOfMovedStandingStones,
     convergence_findings,
     ensemble_findings,
@@ -64,7 +64,7 @@ from overturning.findings.published import (
 )
 from overturning.findings.results import StudyResults, note_on_findings_missing_without_study_file, open_study_results
 from overturning.findings.study import (
-    CaseCounts,
+    CaseCountsAndOverturnedShares,
     EnergyErrorPenetrationAndSoftwareVersions,
     RecordPeaksAndFallDirection,
     StudyQuestionAndParameters,
@@ -73,8 +73,11 @@ from overturning.findings.study import (
     peaks_and_fall_directions_of_records,
     study_question_and_parameters,
 )
-from overturning.findings.survey_displacements import SurveyDisplacementFindings, all_survey_displacement_findings
-from overturning.findings.surveys import SurveyFindings, all_survey_prediction_findings
+from overturning.findings.survey_displacements import (
+    SurveyFallAndDisplacementFindings,
+    all_survey_displacement_findings,
+)
+from overturning.findings.surveys import SurveyPredictionFindings, all_survey_prediction_findings
 from overturning.findings.values import FindingBaseClass
 from overturning.stored import read_json_result
 from overturning.study.schema import Study
@@ -86,7 +89,7 @@ class Findings(FindingBaseClass):
     study: StudyQuestionAndParameters
     """Question and grid."""
     study_counts: StudyExtentSummary
-    cases: CaseCounts
+    cases: CaseCountsAndOverturnedShares
     """Number of cases and their outcomes."""
     direction: FallDirectionRelativeToFaultNormal
     """Direction of falls relative to the fault normal."""
@@ -106,9 +109,9 @@ class Findings(FindingBaseClass):
     """Soil computations that did not converge."""
     soil_responses_with_strain_beyond_curves: list[str]
     """Soil computations whose effective strain exceeds the largest strain of the curve of a layer."""
-    surveys: list[SurveyFindings]
+    surveys: list[SurveyPredictionFindings]
     """Comparison of each survey of fallen stones with the prediction."""
-    survey_displacements: list[SurveyDisplacementFindings] = Field(default_factory=list)
+    survey_displacements: list[SurveyFallAndDisplacementFindings] = Field(default_factory=list)
     """Comparison of each survey with the displacements computed in a 3-D study."""
     inferred_motions: list[InferredMotionOfSurvey]
     """Motion inferred from each survey."""
@@ -126,7 +129,7 @@ class Findings(FindingBaseClass):
     """Skill of published criteria."""
     final_twist: FinalTwistOfMovedStandingStones | None
     """Rotation about the vertical of stones that stand."""
-    ensemble: EnsembleFindings | None
+    ensemble: EnsembleDisagreementFindings | None
     """Cells whose repeated runs disagree."""
     convergence: ConvergenceFindings | None
     """Cases that change in a second, finer computation."""

@@ -27,7 +27,7 @@ class ChangedCaseCountAndShare(FindingBaseClass):
 class ComparisonWithMoreExactComputation(FindingBaseClass):
     """Changes of outcomes if cases are computed again with shorter steps, stiffer contacts or a rigid block."""
 
-    second_computation_kind: str
+    more_exact_computation_kind: str
     """"finer" (shorter steps), "stiffer" (stiffer contact), or "rigid" (exact rigid block without sliding)."""
     step_count_or_stiffness_factor: OptionalNumber
     """Factor on the number of steps or on the stiffness; None for the rigid block."""
@@ -84,7 +84,7 @@ def comparisons_with_second_computations(
             none = share_of_changed_cases(0, 0, sampled)
             rows.append(
                 ComparisonWithMoreExactComputation(
-                    second_computation_kind=name, step_count_or_stiffness_factor=factor, element="",
+                    more_exact_computation_kind=name, step_count_or_stiffness_factor=factor, element="",
                     refusal_reason=part.refusal_reason,
                     fall_or_stand_changes=none,
                     fall_or_stand_changes_if_ensemble_agrees=none, fall_side_changes=none,
@@ -102,14 +102,14 @@ def comparisons_with_second_computations(
 
 
 def _comparison_of_element_with_second_computation(
-    second_computation_kind: str,
+    more_exact_computation_kind: str,
     step_count_or_stiffness_factor: float,
     element_changes: OutcomeChangesOfElement,
     compared_cases_are_random_sample: bool,
 ) -> ComparisonWithMoreExactComputation:
     """Return how many outcomes of one scene element change in a second computation, such as with shorter steps."""
     return ComparisonWithMoreExactComputation(
-        second_computation_kind=second_computation_kind,
+        more_exact_computation_kind=more_exact_computation_kind,
         step_count_or_stiffness_factor=step_count_or_stiffness_factor,
         element=element_changes.element,
         refusal_reason="",

@@ -33,12 +33,12 @@ class VariantContrast(FindingBaseClass):
     """Name of the variant."""
     is_primary_comparison: bool
     """True for the variant against which the primary statistic is compared."""
-    scene_of_study: str
+    scene_name_of_study: str
     """Name of the scene of the study, and of that of the variant."""
-    scene_of_variant: str
-    element_of_study: str
+    scene_name_of_variant: str
+    compared_element_in_study: str
     """Name of the element that is compared in the study, and of that in the variant."""
-    element_of_variant: str
+    compared_element_in_variant: str
     differing_settings: list[str]
     """Settings that differ: scene, contact, vertical, site."""
     soil_thickness_of_variant_m: OptionalNumber
@@ -47,9 +47,9 @@ class VariantContrast(FindingBaseClass):
     """Number of compared records; if only vertical motion differs, those with a vertical component."""
     cases_not_compared: int
     """Number of cases under these records without an outcome in the study or in the variant."""
-    share_overturned_study: Estimate
+    share_overturned_in_study: Estimate
     """Share of the cases that overturn in the study."""
-    share_overturned_variant: Estimate
+    share_overturned_in_variant: Estimate
     """Share of the cases that overturn in the variant."""
     study_minus_variant_share: Estimate
     """Share in the study minus share in the variant, record by record."""
@@ -63,9 +63,9 @@ class VariantContrast(FindingBaseClass):
     """Share of the falls in both that go within 45° of each other."""
     share_over_45_deg_apart_if_both_fall: OptionalNumber
     """Share of the falls in both that go more than 45° apart; None without such falls."""
-    share_earlier_in_study_if_both_fall: Estimate
+    share_falling_first_in_study_if_both_fall: Estimate
     """Share of the falls in both that are earlier in the study."""
-    share_simultaneous_if_both_fall: Estimate
+    share_falling_simultaneously_if_both_fall: Estimate
     """Share of the falls in both that are at the same time."""
     share_first_or_alone_in_study_if_any_falls: Estimate
     """Share, of the cases with a fall in either, in which the stone of the study falls first or alone; a case with
@@ -85,9 +85,9 @@ class OverturnedSharesAtBOverH(FindingBaseClass):
 
     b_over_h: float
     """Width-to-height ratio B/H of the block."""
-    share_overturned_study: Estimate
+    share_overturned_in_study: Estimate
     """Share of the cases that overturn in the study."""
-    share_overturned_variant: Estimate
+    share_overturned_in_variant: Estimate
     """Share of the cases that overturn in the variant."""
     study_minus_variant_share: Estimate
     """First share minus the second, record by record."""
@@ -108,11 +108,11 @@ class ElementFallOutcomes(FindingBaseClass):
     """Number of cases in which the element falls."""
     share_overturned: OptionalNumber
     """Share of the cases in which the element falls."""
-    first_fall_count: int
+    falls_with_no_earlier_fall: int
     """Number of falls in which no other element falls before."""
-    first_share_of_its_falls: OptionalNumber
+    share_of_falls_with_no_earlier_fall: OptionalNumber
     """Share of its falls in which no other element falls before; None without falls."""
-    lone_share_of_its_falls: OptionalNumber
+    share_of_falls_without_other_falls: OptionalNumber
     """Share of its falls in which no other element falls at all; None without falls."""
     median_fall_time_s: OptionalNumber
     """Median time of the falls from the start of the record, s."""
@@ -145,7 +145,7 @@ class SoilProfileFallRatesAtAmplitude(FindingBaseClass):
     median_angle_to_fall_axis_without_soil_deg: OptionalNumber
     """Median angle, over records, between the fall axes on this ground and on the ground as recorded; None if the
     planes of the study impose the axis."""
-    records_with_both_fall_axes: int
+    records_with_fall_axis_with_and_without_soil: int
     """Number of records with an axis on both grounds."""
     median_fall_rate: OptionalNumber
     """Median over records of the share of the stones that fall."""
@@ -204,32 +204,34 @@ def _compare_study_with_variant(
     return VariantContrast(
         variant=variant_name,
         is_primary_comparison=variant_name == results.study.primary.against,
-        scene_of_study=scenes[0].name,
-        scene_of_variant=scenes[1].name,
-        element_of_study=elements[0],
-        element_of_variant=elements[1],
+        scene_name_of_study=scenes[0].name,
+        scene_name_of_variant=scenes[1].name,
+        compared_element_in_study=elements[0],
+        compared_element_in_variant=elements[1],
         differing_settings=names_of_settings_in_which_variants_differ(results.study, NOMINAL_VARIANT, variant_name),
         soil_thickness_of_variant_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         compared_record_count=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
-        share_overturned_study=here,
-        share_overturned_variant=there,
+        share_overturned_in_study=here,
+        share_overturned_in_variant=there,
         study_minus_variant_share=difference,
         share_overturned_only_in_study=estimate_from_mean(
-            found.share_only_this_falls, "share of the cases that overturn in the study only"
+            found.share_of_cases_only_this_falls, "share of the cases that overturn in the study only"
         ),
         share_overturned_only_in_variant=estimate_from_mean(
-            found.share_only_other_falls, "share of the cases that overturn in the variant only"
+            found.share_of_cases_only_other_falls, "share of the cases that overturn in the variant only"
         ),
-        share_overturned_in_both=estimate_from_mean(found.share_both_fall, "share of the cases that overturn in both"),
+        share_overturned_in_both=estimate_from_mean(
+            found.share_of_cases_both_fall, "share of the cases that overturn in both"
+        ),
         share_within_45_deg_of_each_other_if_both_fall=estimate_from_mean(
             same_direction, "share of the falls in both that go within 45° of each other"
         ),
         share_over_45_deg_apart_if_both_fall=1.0 - same_direction.mean,
-        share_earlier_in_study_if_both_fall=estimate_from_mean(
+        share_falling_first_in_study_if_both_fall=estimate_from_mean(
             found.this_earlier_share_if_both_fall, "share of the falls in both that are earlier in the study"
         ),
-        share_simultaneous_if_both_fall=estimate_from_mean(
+        share_falling_simultaneously_if_both_fall=estimate_from_mean(
             found.share_of_simultaneous_falls_if_both_fall, "share of the falls in both that are at the same time"
         ),
         share_first_or_alone_in_study_if_any_falls=estimate_from_mean(
@@ -268,7 +270,7 @@ def _overturned_shares_at_each_b_over_h(
     for ratio, one, other in zip(b_over_h_values, *shapes, strict=True):
         here, there, difference = _estimates_of_overturned_shares(record_events, one, other)
         found.append(OverturnedSharesAtBOverH(
-            b_over_h=round(float(ratio), 9), share_overturned_study=here, share_overturned_variant=there,
+            b_over_h=round(float(ratio), 9), share_overturned_in_study=here, share_overturned_in_variant=there,
             study_minus_variant_share=difference,
         ))  # fmt: skip
     return found
@@ -312,9 +314,9 @@ def _fall_outcomes_of_element(
         variant=variant_name, scene=scene.name,
         element=fall_counts.element_name if scene_has_several_elements else scene.free_element_names[0],
         cases_with_outcome=fall_counts.known_outcome_case_count, falls=falls, share_overturned=fall_counts.fall_share,
-        first_fall_count=first_falls,
-        first_share_of_its_falls=first_falls / falls if falls else None,
-        lone_share_of_its_falls=fall_counts.count_of_falls_without_other_falls / falls if falls else None,
+        falls_with_no_earlier_fall=first_falls,
+        share_of_falls_with_no_earlier_fall=first_falls / falls if falls else None,
+        share_of_falls_without_other_falls=fall_counts.count_of_falls_without_other_falls / falls if falls else None,
         median_fall_time_s=fall_counts.median_fall_time_s,
     )  # fmt: skip
 
@@ -347,7 +349,7 @@ def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[S
                     median_pga_m_s2=float(np.median([one["peaks"]["pga"][1] for one in accounts])) * factor,
                     mean_fall_rate=float(rate.mean()),
                     median_angle_to_fall_axis_without_soil_deg=float(np.median(angles) if angles.size else np.nan),
-                    records_with_both_fall_axes=int(angles.size),
+                    records_with_fall_axis_with_and_without_soil=int(angles.size),
                     median_fall_rate=float(rate.median()),
                     records_with_at_least_half_fallen=int((rate >= 0.5).sum()),
                 )

@@ -37,7 +37,7 @@ class EarthquakeFallAxis(FindingBaseClass):
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
 
 
-class BlockSelectionAlignment(FindingBaseClass):
+class BlockSelectionFaultNormalAlignment(FindingBaseClass):
     """Alignment of falls with the fault normal, over those blocks that one selection rule includes."""
 
     rule: str
@@ -73,18 +73,18 @@ class RecordGroupFallAxisAndAlignment(FindingBaseClass):
     """Number of earthquakes whose falls have an axis (large enough resultant)."""
     fall_axes_within_45_deg_of_fault_normal: int
     """Number of `earthquakes_with_axis` whose axis lies within 45° of the fault normal."""
-    axis_resultant_within_record: Estimate
+    mean_axis_resultant_length_within_records: Estimate
     """Resultant of the doubled fall axes of one record, mean over earthquakes."""
     by_earthquake: list[EarthquakeFallAxis]
     """Falls of each earthquake relative to its fault normal."""
-    by_rule: list[BlockSelectionAlignment]
+    by_rule: list[BlockSelectionFaultNormalAlignment]
     """Alignment under each rule that selects blocks."""
-    smallest_alignment_over_rules: OptionalNumber
+    smallest_alignment_over_block_selections: OptionalNumber
     """Smallest alignment under the rules of `by_rule`."""
-    largest_alignment_over_rules: OptionalNumber
-    rules_with_interval: int
+    largest_alignment_over_block_selections: OptionalNumber
+    selection_rules_with_interval: int
     """Number of these rules with an interval, and how many of the intervals exclude 0."""
-    rule_intervals_excluding_zero: int
+    selection_rules_with_interval_excluding_zero: int
 
 
 class FallDirectionRelativeToFaultNormal(FindingBaseClass):
@@ -101,7 +101,7 @@ class FallDirectionRelativeToFaultNormal(FindingBaseClass):
     """Alignment of the first group minus that of the second; None if there is one group."""
     neighbour_outcome_change_share_by_dimension: dict[str, OptionalNumber]
     """Share of neighbouring cells with different outcomes, by dimension."""
-    share_overturned_by_plane: list["OverturnedShareInVerticalPlane"] = Field(default_factory=list)
+    overturned_shares_by_plane_azimuth: list["OverturnedShareInVerticalPlane"] = Field(default_factory=list)
     """Share of the cases that overturn in each plane; empty unless the planes are spread unevenly over the circle."""
 
 
@@ -119,7 +119,7 @@ class AlignmentWithReference(FindingBaseClass):
 
     reference: str
     """Name of the reference direction, such as the fault normal."""
-    alignment_kind: str
+    axis_or_direction: str
     """"axis" (1 along the reference, −1 across) or "direction" (1 towards its head, −1 away from it)."""
     alignment_over_all_b_over_h: Estimate
     """Alignment over all B/H."""
@@ -142,9 +142,9 @@ class RecordGroupReferenceAlignment(FindingBaseClass):
     """Alignment with the axis of the closest reference, all B/H together."""
     alignment_with_fault_normal: Estimate | None
     """Alignment with the fault normal; None if no fault normal is known."""
-    b_over_h_ranges_with_interval: int
+    b_over_h_range_count_with_alignment_interval: int
     """Number of ranges of B/H in which the alignment with the head of the closest reference has an interval."""
-    b_over_h_ranges_excluding_zero: int
+    count_of_alignment_intervals_excluding_zero: int
     """Number of these intervals that exclude 0."""
 
 
@@ -158,7 +158,7 @@ class PlanarModelAgreement(FindingBaseClass):
     """Number of cases with both outcomes."""
     same_outcome_share: OptionalNumber
     """Share of cases in which the 2-D model predicts correctly whether the stone falls."""
-    same_outcome_share_beside_outcome_change: OptionalNumber
+    same_outcome_share_if_b_over_h_neighbour_differs: OptionalNumber
     """Value of `same_outcome_share` for cases whose neighbour in B/H has another outcome."""
     only_3d_overturns_share: OptionalNumber
     """Share of the cases that overturn in the 3-D model only."""
@@ -172,12 +172,12 @@ class PlanarModelAgreement(FindingBaseClass):
 
 def _alignment_finding_of_block_selection(
     rule_alignment: FaultNormalAlignmentOfSelectedBlocks, simulated_direction_noun: str, is_rule_used_by_study: bool
-) -> BlockSelectionAlignment:
+) -> BlockSelectionFaultNormalAlignment:
     """Return the mean cos 2Δ of the falls, Δ from the fault normal, over the blocks that one rule selects.
 
     `simulated_direction_noun`, such as "plane", completes the name of the rule.
     """
-    return BlockSelectionAlignment(
+    return BlockSelectionFaultNormalAlignment(
         rule=rule_alignment.rule.description_template.format(simulated_direction_noun),
         is_study_rule=is_rule_used_by_study,
         records_with_counted_falls=rule_alignment.records_with_falls_and_fault_normal,
@@ -263,7 +263,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirectionRelativeToFau
                 no_common_axis_p_value=summary.p_value_of_no_common_axis,
                 earthquakes_with_axis=summary.earthquakes_with_axis,
                 fall_axes_within_45_deg_of_fault_normal=summary.earthquakes_with_axis_within_45_deg_of_normal,
-                axis_resultant_within_record=estimate_from_mean(
+                mean_axis_resultant_length_within_records=estimate_from_mean(
                     agreement, "resultant of the doubled fall axes of one record"
                 ),
                 by_earthquake=[
@@ -276,10 +276,14 @@ def fall_direction_findings(results: StudyResults) -> FallDirectionRelativeToFau
                     for event, mean, length, axis in rows
                 ],
                 by_rule=rules,
-                smallest_alignment_over_rules=min(known, default=math.nan),
-                largest_alignment_over_rules=max(known, default=math.nan),
-                rules_with_interval=sum(one.mean_cos_2_angle_to_fault_normal.low is not None for one in rules),
-                rule_intervals_excluding_zero=sum(one.mean_cos_2_angle_to_fault_normal.excludes_zero for one in rules),
+                smallest_alignment_over_block_selections=min(known, default=math.nan),
+                largest_alignment_over_block_selections=max(known, default=math.nan),
+                selection_rules_with_interval=sum(
+                    one.mean_cos_2_angle_to_fault_normal.low is not None for one in rules
+                ),
+                selection_rules_with_interval_excluding_zero=sum(
+                    one.mean_cos_2_angle_to_fault_normal.excludes_zero for one in rules
+                ),
             )
         )
     changes = dict[str, OptionalNumber]()
@@ -295,7 +299,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirectionRelativeToFau
         if difference and difference.earthquake_count
         else None,
         neighbour_outcome_change_share_by_dimension=changes,
-        share_overturned_by_plane=_overturned_share_by_plane(results) if reason == "uneven planes" else [],
+        overturned_shares_by_plane_azimuth=_overturned_share_by_plane(results) if reason == "uneven planes" else [],
     )
 
 
@@ -319,19 +323,19 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
             means.append(
                 AlignmentWithReference(
                     reference=name,
-                    alignment_kind=kind,
+                    axis_or_direction=kind,
                     alignment_over_all_b_over_h=estimate_from_mean(whole, text),
                     by_b_over_h_range=by_b_over_h_range,
                 )
             )
         closer, axes = (
             references.best_minus_second_axis_cosines_per_b_over_h[:1],
-            {one.reference: one for one in means if one.alignment_kind == "axis"},
+            {one.reference: one for one in means if one.axis_or_direction == "axis"},
         )
         ends = [
             one
             for one in means
-            if one.alignment_kind == "direction" and one.reference in references.two_best_aligned_reference_names[:1]
+            if one.axis_or_direction == "direction" and one.reference in references.two_best_aligned_reference_names[:1]
         ]
         heads = [one for each in ends for one in each.by_b_over_h_range.values() if one.low is not None]
         groups.append(
@@ -350,8 +354,8 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
                 alignment_with_fault_normal=axes["fault normal"].alignment_over_all_b_over_h
                 if "fault normal" in axes
                 else None,
-                b_over_h_ranges_with_interval=len(heads),
-                b_over_h_ranges_excluding_zero=sum(one.excludes_zero for one in heads),
+                b_over_h_range_count_with_alignment_interval=len(heads),
+                count_of_alignment_intervals_excluding_zero=sum(one.excludes_zero for one in heads),
             )
         )
     return groups
@@ -371,7 +375,7 @@ def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None
     return PlanarModelAgreement(
         compared_case_count=0 if math.isnan(whole["cases"]) else int(whole["cases"]),
         same_outcome_share=whole["flag"],
-        same_outcome_share_beside_outcome_change=whole["flag_beside"],
+        same_outcome_share_if_b_over_h_neighbour_differs=whole["flag_beside"],
         only_3d_overturns_share=whole["only_space"],
         only_2d_overturns_share=whole["only_plane"],
         same_fall_edge_share=whole["face"],

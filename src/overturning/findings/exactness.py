@@ -33,7 +33,7 @@ MIN_COMPARED_CASES_PER_RECORD: Final = 20
 """Smallest number of compared cases of a record of which the share of changes is judged."""
 
 
-class EnsembleFindings(FindingBaseClass):
+class EnsembleDisagreementFindings(FindingBaseClass):
     """Shares of cases whose ensemble runs, with slightly changed parameters, disagree about the fall."""
 
     share_of_cells_repeated: OptionalNumber
@@ -56,7 +56,7 @@ class EnsembleFindings(FindingBaseClass):
     share_of_repeated_cells_falling_to_both_sides: OptionalNumber
     """Estimated share of the repeated cells in which most runs of the first batch fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
-    base_relief: FallSharesByBaseRelief | None = None
+    fall_shares_by_base_relief: FallSharesByBaseRelief | None = None
     """Share of the variance of outcomes that the relief of a scanned base explains; None unless the relief varies.
 
     The relief is the height above the lowest point of the base up to which its points bear load.
@@ -78,7 +78,7 @@ class ConvergenceFindings(FindingBaseClass):
 
     result: ConvergenceCheckResult
     """Counts of the convergence check (`convergence.json`)."""
-    reruns_random_sample_only: bool
+    only_random_sample_was_rerun: bool
     """True if a random sample of the cases was run again, False if all were."""
     comparisons: list[ComparisonWithMoreExactComputation]
     """Cases that change in each second computation."""
@@ -88,7 +88,7 @@ class ConvergenceFindings(FindingBaseClass):
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
     fall_azimuth_changes_with_amplitude: ChangedCaseCountAndShare | None
     """Falls in space whose azimuth moves by 30° or more within ± 1 % of the amplitude; None for planar models."""
-    records_with_most_changes: list[FinerStepChangeFindingOfRecord]
+    records_with_more_changes_than_average: list[FinerStepChangeFindingOfRecord]
     """Records under which finer steps change clearly more outcomes than in the whole study, the largest share first.
 
     The lower end of the 95 % interval of the record's share lies above the share over all records; records with fewer
@@ -117,7 +117,7 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
     is_sample, shift = found.rerun_case_count < found.simulated_study_cell_count, found.amplitude_change_rerun
     return ConvergenceFindings(
         result=found,
-        reruns_random_sample_only=is_sample,
+        only_random_sample_was_rerun=is_sample,
         comparisons=comparisons_with_second_computations(found),
         share_below_rocking_and_sliding_thresholds=found.rerun_cases_at_rest / found.rerun_case_count
         if found.rerun_case_count
@@ -128,7 +128,9 @@ def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
         fall_azimuth_changes_with_amplitude=None
         if shift is None
         else share_of_changed_cases(shift.falls_with_shifted_azimuth, shift.rerun_falls, is_sample),
-        records_with_most_changes=_records_with_unusually_many_outcome_changes(found.finer_step_changes_by_record),
+        records_with_more_changes_than_average=_records_with_unusually_many_outcome_changes(
+            found.finer_step_changes_by_record
+        ),
     )
 
 
@@ -166,7 +168,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwistOfMovedStandingSton
     )
 
 
-def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
+def ensemble_findings(results: StudyResults) -> EnsembleDisagreementFindings | None:
     """Compute the shares of cases whose ensemble runs disagree about the fall; None without an ensemble."""
     cube, settings = results.reference_element_cube, results.study.ensemble
     if "members" not in cube:
@@ -186,7 +188,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
             else float("nan")
         )
 
-    return EnsembleFindings(
+    return EnsembleDisagreementFindings(
         share_of_cells_repeated=ratio_of_sums_over_records("run", "cells"),
         repeats_every_cell=settings.has_ensemble_runs_for_all_cases(cube.sizes["b_over_h"]),
         fewest_runs_per_cell=float(found["fewest"].min()),
@@ -195,7 +197,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleFindings | None:
         runs_per_cell_in_first_batch=min(MEMBERS_PER_BATCH, settings.members),
         share_of_repeated_cells_with_fall_and_stand=ratio_of_sums_over_records("divided", "with_first_batch"),
         share_of_repeated_cells_falling_to_both_sides=ratio_of_sums_over_records("apart", "agree"),
-        base_relief=share_of_fall_variance_due_to_base_relief(results),
+        fall_shares_by_base_relief=share_of_fall_variance_due_to_base_relief(results),
     )
 
 

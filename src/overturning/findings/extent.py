@@ -37,9 +37,9 @@ class StudyExtentSummary(FindingBaseClass):
     """Largest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
     unsimulated_azimuth_ranges_deg: list[tuple[float, float]]
     """Ranges of azimuths, degrees, in which no plane was computed."""
-    records_with_imposed_fall_axis: list[str]
+    records_with_fall_axis_imposed_by_azimuths: list[str]
     """Records whose outcomes are known at azimuths spread so unevenly that they impose the axis of the falls."""
-    has_mirrored_falls: bool
+    falls_to_both_sides_are_mirror_images: bool
     """True if a fall in one plane to one side is the mirror image of a fall to the other side."""
     free_elements: int
     """Number of free elements of the scene."""
@@ -119,8 +119,8 @@ def count_records_and_blocks_with_direction_range(results: StudyResults) -> Stud
         smallest_azimuth_or_orientation_deg=directions.min(),
         largest_azimuth_or_orientation_deg=directions.max(),
         unsimulated_azimuth_ranges_deg=unsimulated_azimuth_ranges_deg(cube),
-        records_with_imposed_fall_axis=results.ids_of_records_with_fall_axis_due_to_gaps,
-        has_mirrored_falls=mirrored,
+        records_with_fall_axis_imposed_by_azimuths=results.ids_of_records_with_fall_axis_due_to_gaps,
+        falls_to_both_sides_are_mirror_images=mirrored,
         free_elements=len(variant_scene(study).free_element_names),
         reported_element=element_name_to_show(cube),
         has_square_base=plan is not None

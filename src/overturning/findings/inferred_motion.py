@@ -31,7 +31,7 @@ class IntensityCredibleIntervals(FindingBaseClass):
     """Upper end of the interval before the survey."""
 
 
-class LikelyMotion(FindingBaseClass):
+class CandidateMotionProbabilities(FindingBaseClass):
     """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
 
     motion_name: str
@@ -39,7 +39,7 @@ class LikelyMotion(FindingBaseClass):
     prior_probability: OptionalNumber
 
 
-class StoneSizeRange(FindingBaseClass):
+class StoneHeightOrWidthRange(FindingBaseClass):
     """Range of the heights or widths of stones, m."""
 
     low_m: float
@@ -96,8 +96,8 @@ class InferredMotionOfSurvey(FindingBaseClass):
     """Share of the probability on the strongest level of the motions."""
     posterior_probability_of_weakest_pgv_level: float
     """Share of the probability on the weakest level of the motions."""
-    weakest_pgv_level_cm_s: float
-    strongest_pgv_level_cm_s: float
+    lowest_candidate_pgv_level_cm_s: float
+    highest_candidate_pgv_level_cm_s: float
     assumed_fixed_stone_share: float
     """Share of stones taken to be fixed to their base."""
     fit_p_value: OptionalNumber
@@ -109,15 +109,15 @@ class InferredMotionOfSurvey(FindingBaseClass):
     has_no_lower_strength_bound: bool
     direction_likelihood_exponent: float
     """Power of the likelihood of directions (see docs/surveys.md)."""
-    likeliest_motions: list[LikelyMotion]
+    likeliest_motions: list[CandidateMotionProbabilities]
     """Motions with the largest probabilities, in descending order."""
     stones_without_height: int
     """Stones without a height, and those without B/H, of a survey whose stones are given; otherwise 0."""
     stones_without_b_over_h: int
     has_assumed_sizes: bool
-    assumed_height_m: StoneSizeRange
+    assumed_range_of_unknown_heights_m: StoneHeightOrWidthRange
     """Height of the stones without one, and width of those without B/H."""
-    assumed_width_m: StoneSizeRange
+    assumed_range_of_unknown_widths_m: StoneHeightOrWidthRange
     sites: list[InferredMotionOfSite] = Field(default_factory=list)
     """Motion inferred from each site by itself; empty if the survey has only one site."""
 
@@ -159,13 +159,13 @@ def inferred_motion_findings(
         has_no_lower_strength_bound=weakest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         has_no_upper_strength_bound=strongest > (1 - CREDIBLE_INTERVAL_PROBABILITY) / 2,
         direction_likelihood_exponent=DIRECTION_LIKELIHOOD_EXPONENT,
-        weakest_pgv_level_cm_s=float(one.pgv_levels_m_s[0]) / CM,
-        strongest_pgv_level_cm_s=float(one.pgv_levels_m_s[-1]) / CM,
+        lowest_candidate_pgv_level_cm_s=float(one.pgv_levels_m_s[0]) / CM,
+        highest_candidate_pgv_level_cm_s=float(one.pgv_levels_m_s[-1]) / CM,
         assumed_fixed_stone_share=inversion_result.assumed_fixed_stone_share,
         fit_p_value=inversion_result.goodness_of_fit_p_value,
         any_motion_fits=not inversion_result.goodness_of_fit_p_value < MIN_FIT_P_VALUE,
         likeliest_motions=[
-            LikelyMotion(
+            CandidateMotionProbabilities(
                 motion_name=one.motion_names[place],
                 posterior_probability=float(shares[place]),
                 prior_probability=float(prior[place]),
@@ -175,8 +175,10 @@ def inferred_motion_findings(
         stones_without_height=int(high),
         stones_without_b_over_h=int(wide),
         has_assumed_sizes=bool(high or wide),
-        assumed_height_m=StoneSizeRange(low_m=assumed.height.low, high_m=assumed.height.high),
-        assumed_width_m=StoneSizeRange(low_m=assumed.width.low, high_m=assumed.width.high),
+        assumed_range_of_unknown_heights_m=StoneHeightOrWidthRange(
+            low_m=assumed.height.low, high_m=assumed.height.high
+        ),
+        assumed_range_of_unknown_widths_m=StoneHeightOrWidthRange(low_m=assumed.width.low, high_m=assumed.width.high),
         sites=[_inferred_motion_of_site(each) for each in inversion_result.site_results],
     )
 

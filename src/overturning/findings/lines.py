@@ -9,7 +9,8 @@ from overturning.findings.values import Estimate
 
 _ENTRY_LABEL_FIELDS: Final = (
     "id", "record_group", "variant", "reference", "rule", "criterion", "predictor", "event", "jma_degree",
-    "inferred_jma_degree", "record", "element", "second_computation_kind", "stone_class", "survey_file_name", "measure",
+    "inferred_jma_degree", "record", "element", "more_exact_computation_kind", "stone_class", "survey_file_name",
+    "measure",
     "intensity_measure", "name", "b_over_h", "site", "status", "doubt", "doubled_quantity", "motion_name",
     "first_criterion",
     "share_or_median_name", "azimuth_deg", "motion_azimuth_deg",

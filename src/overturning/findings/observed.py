@@ -104,12 +104,12 @@ def observed_survey_findings(survey_summary: SurveySummary) -> ObservedSurveyFin
         doubts=list(survey_summary.warnings),
         smallest_magnetic_declination_deg=declinations[0],
         largest_magnetic_declination_deg=declinations[-1],
-        all_sites=_observed_falls_finding(survey_summary.falls_at_all_sites),
-        sites=[_observed_falls_finding(site) for site in survey_summary.falls_by_site],
+        all_sites=_observed_falls_finding(survey_summary.outcomes_at_all_sites),
+        sites=[_observed_falls_finding(site) for site in survey_summary.outcomes_by_site],
         sites_with_fallen_stones_only=[
             one.site
-            for one in survey_summary.falls_by_site
-            if one.fell and not one.stands and survey_summary.falls_at_all_sites.stands
+            for one in survey_summary.outcomes_by_site
+            if one.fell and not one.stands and survey_summary.outcomes_at_all_sites.stands
         ],
     )
 

@@ -34,7 +34,7 @@ BoolArray = NDArray[np.bool_]
 StrArray = NDArray[np.str_]
 
 
-class MotionCount(FindingBaseClass):
+class MotionRecordAndEarthquakeCounts(FindingBaseClass):
     """Number of motions (each a record times an amplitude factor), and of their records and earthquakes."""
 
     motions: int
@@ -63,28 +63,28 @@ class MedianFallRateAtJmaDegree(FindingBaseClass):
     """Degree of the JMA intensity scale, such as "6 lower"."""
     median_fall_rate: OptionalNumber
     """Median over motions of the share of the stones that fall."""
-    count: MotionCount
+    count: MotionRecordAndEarthquakeCounts
     """Number of motions of this degree."""
 
 
 class JmaSurveyRuleCheck(FindingBaseClass):
     """Check of one published rule that infers the JMA intensity from the share of stones that fell."""
 
-    fall_rate_lower_limit: float
+    rule_fall_rate_lower_limit: float
     """Lower end of the share of the stones that fall."""
-    fall_rate_upper_limit: OptionalNumber
+    rule_fall_rate_upper_limit: OptionalNumber
     """Upper end of the share of the stones that fall; infinite if the rule has no upper end."""
     inferred_jma_degree: str
     """Degree of the JMA scale that the rule infers."""
-    median_jma_intensity: OptionalNumber
+    median_jma_intensity_in_fall_rate_range: OptionalNumber
     """Median of the instrumental intensity of these motions."""
-    count: MotionCount
+    count: MotionRecordAndEarthquakeCounts
     """Number of motions with such a share."""
-    share_agreeing: ShareOfMotionsWithInterval
+    share_with_intensity_of_inferred_degree: ShareOfMotionsWithInterval
     """Share of these motions whose intensity is of the inferred degree."""
-    share_with_higher_intensity: ShareOfMotionsWithInterval | None
+    share_with_intensity_above_inferred_degree: ShareOfMotionsWithInterval | None
     """Share with a higher intensity; None for the highest degree."""
-    share_agreeing_with_vertical_increment: ShareOfMotionsWithInterval | None
+    share_of_inferred_degree_with_vertical_increment: ShareOfMotionsWithInterval | None
     """Share that agrees if `jma_intensity_increment_by_vertical_motion` is added for a missing vertical component."""
 
 
@@ -118,7 +118,7 @@ class FragilityCurve(FindingBaseClass):
     """Largest intensity in the data."""
 
 
-class RecordFallRate(FindingBaseClass):
+class PopulationFallRateUnderRecord(FindingBaseClass):
     """Share of the stone population that falls under one record at its recorded amplitude, with its interval.
 
     The interval is that of a sample of as many stones.
@@ -132,13 +132,13 @@ class RecordFallRate(FindingBaseClass):
     """Lower end of the interval."""
     high: OptionalNumber
     """Upper end of the interval."""
-    share_standing_shifted: OptionalNumber
+    shifted_standing_share_of_all_stones: OptionalNumber
     """Share of the stones that stand shifted; None for planar models."""
-    share_standing_rotated: OptionalNumber
+    rotated_standing_share_of_all_stones: OptionalNumber
     """Share of the stones that stand rotated; None for planar models."""
     most_frequent_fall_octant_deg: OptionalNumber
     """Centre of the octant towards which most stones fall; None without falls."""
-    share_falling_towards_that_octant: OptionalNumber
+    share_falling_towards_most_frequent_octant: OptionalNumber
     """Share of the stones that fall towards this octant."""
 
 
@@ -151,15 +151,15 @@ class StonePopulationFindings(FindingBaseClass):
     """Share of the stones that are fixed to their base and do not fall; shares of the stones count them."""
     share_outside_grid: OptionalNumber
     """Share of the stones outside the grid of the study, which take the outcome of its nearest block."""
-    mean_share_without_outcome: OptionalNumber
+    mean_share_of_stones_without_outcome: OptionalNumber
     """Mean share of the stones without an outcome."""
-    largest_share_without_outcome: OptionalNumber
+    max_share_of_stones_without_outcome: OptionalNumber
     """Largest share of the stones without an outcome under one record."""
-    largest_share_without_outcome_at_any_factor: OptionalNumber = 0.0
+    max_share_of_stones_without_outcome_at_any_factor: OptionalNumber = 0.0
     """The same over all amplitude factors of the records."""
-    median_share_standing_shifted: OptionalNumber
+    median_shifted_standing_share_of_all_stones: OptionalNumber
     """Median share of the stones that stand shifted; None for planar models."""
-    median_share_standing_rotated: OptionalNumber
+    median_rotated_standing_share_of_all_stones: OptionalNumber
     """Median share of the stones that stand rotated; None for planar models."""
     median_fall_rate: OptionalNumber
     """Median over records (amplitude 1) of the share of the stones that fall."""
@@ -171,7 +171,7 @@ class StonePopulationFindings(FindingBaseClass):
     """Smallest share of the stones that fall under a record."""
     largest_fall_rate: OptionalNumber
     """Largest share of the stones that fall under a record."""
-    by_record: list[RecordFallRate]
+    by_record: list[PopulationFallRateUnderRecord]
     """Fall rate under each record."""
     records_without_vertical_motion: int
     """Number of records without a vertical component."""
@@ -202,13 +202,13 @@ def population_findings(results: StudyResults) -> StonePopulationFindings | None
         stones=stones.stones,
         share_fixed=stones.fixed,
         share_outside_grid=float(found.attrs["outside"]),
-        mean_share_without_outcome=float(own["unknown"].mean()),
-        largest_share_without_outcome=float(own["unknown"].max()),
-        largest_share_without_outcome_at_any_factor=float(found["unknown"].max()),
-        median_share_standing_shifted=float(own["shift_rate"].median())
+        mean_share_of_stones_without_outcome=float(own["unknown"].mean()),
+        max_share_of_stones_without_outcome=float(own["unknown"].max()),
+        max_share_of_stones_without_outcome_at_any_factor=float(found["unknown"].max()),
+        median_shifted_standing_share_of_all_stones=float(own["shift_rate"].median())
         if results.model.can_rotate_about_vertical
         else math.nan,
-        median_share_standing_rotated=float(own["rotation_rate"].median())
+        median_rotated_standing_share_of_all_stones=float(own["rotation_rate"].median())
         if results.model.can_rotate_about_vertical
         else math.nan,
         smallest_fall_rate=quantiles[0],
@@ -254,21 +254,23 @@ def population_findings(results: StudyResults) -> StonePopulationFindings | None
     )
 
 
-def _population_fall_rate_under_record(results: StudyResults, record_index_in_cube: int) -> RecordFallRate:
+def _population_fall_rate_under_record(
+    results: StudyResults, record_index_in_cube: int
+) -> PopulationFallRateUnderRecord:
     """Return the share of the stone population that falls under one record, with its interval."""
     own = results.population_rates_by_variant[NOMINAL_VARIANT].isel(record=record_index_in_cube).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
     twists = results.model.can_rotate_about_vertical
-    return RecordFallRate(
+    return PopulationFallRateUnderRecord(
         record=results.record_ids_and_names[record_index_in_cube].id,
         fall_rate=rate,
         low=ends[0],
         high=ends[1],
-        share_standing_shifted=float(own["shift_rate"]) if twists else math.nan,
-        share_standing_rotated=float(own["rotation_rate"]) if twists else math.nan,
+        shifted_standing_share_of_all_stones=float(own["shift_rate"]) if twists else math.nan,
+        rotated_standing_share_of_all_stones=float(own["rotation_rate"]) if twists else math.nan,
         most_frequent_fall_octant_deg=math.nan if most is None else float(most["octant"]),
-        share_falling_towards_that_octant=math.nan if most is None else float(most["fall_octant"]),
+        share_falling_towards_most_frequent_octant=math.nan if most is None else float(most["fall_octant"]),
     )
 
 
@@ -317,16 +319,22 @@ def _compare_jma_survey_rule_with_motions(
     )
     lacking = bool((selected & mask_of_records_without_vertical_motion[:, None]).any())
     return JmaSurveyRuleCheck(
-        fall_rate_lower_limit=low,
-        fall_rate_upper_limit=high if high < 1 else math.inf,
+        rule_fall_rate_lower_limit=low,
+        rule_fall_rate_upper_limit=high if high < 1 else math.inf,
         inferred_jma_degree=text,
-        median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity_by_motion[selected]))),
+        median_jma_intensity_in_fall_rate_range=float(
+            truncate_to_published_intensity(np.median(jma_intensity_by_motion[selected]))
+        ),
         count=_count_motions_records_and_earthquakes(selected, earthquake_by_record),
-        share_agreeing=share_of_motions_agreeing_with_survey_rule(agreeing, selected, earthquake_by_record),
-        share_with_higher_intensity=share_of_motions_agreeing_with_survey_rule(above, selected, earthquake_by_record)
+        share_with_intensity_of_inferred_degree=share_of_motions_agreeing_with_survey_rule(
+            agreeing, selected, earthquake_by_record
+        ),
+        share_with_intensity_above_inferred_degree=share_of_motions_agreeing_with_survey_rule(
+            above, selected, earthquake_by_record
+        )
         if math.isfinite(most) and most < 99
         else None,
-        share_agreeing_with_vertical_increment=share_of_motions_agreeing_with_survey_rule(
+        share_of_inferred_degree_with_vertical_increment=share_of_motions_agreeing_with_survey_rule(
             agreeing_more, selected, earthquake_by_record
         )
         if lacking
@@ -336,13 +344,13 @@ def _compare_jma_survey_rule_with_motions(
 
 def _count_motions_records_and_earthquakes(
     mask_of_counted_motions: BoolArray, earthquake_by_record: StrArray
-) -> MotionCount:
+) -> MotionRecordAndEarthquakeCounts:
     """Return the numbers of motions selected by a mask, and of their records and earthquakes.
 
     The mask has shape (records, amplitudes), and `earthquake_by_record` shape (records,).
     """
     records = mask_of_counted_motions.any(axis=1)
-    return MotionCount(
+    return MotionRecordAndEarthquakeCounts(
         motions=int(mask_of_counted_motions.sum()),
         records=int(records.sum()),
         earthquakes=int(np.unique(earthquake_by_record[records]).size),

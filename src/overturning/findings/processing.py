@@ -69,7 +69,7 @@ class DoubtfulRecords(FindingBaseClass):
 class DoubtsAboutRecordData(FindingBaseClass):
     """Number of records with notes on their data, and the records with each kind of doubt."""
 
-    records_with_notes: int
+    record_count_with_notes_or_doubts: int
     """Number of records with something declared or trusted, a note, or a drift."""
     doubts: list[DoubtfulRecords]
     """Records with each kind of doubt about the data; kinds without a record are left out."""
@@ -136,7 +136,7 @@ def summarise_record_notes_and_doubts(
         for kind in (*NOTE_PHRASE_BY_DATA_PROBLEM, DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND)
     }
     return DoubtsAboutRecordData(
-        records_with_notes=sum(
+        record_count_with_notes_or_doubts=sum(
             bool(one.user_declared_properties or one.contradictions_trusted_by_user or one.notes or one.drift_evidence)
             for one in known.values()
         ),

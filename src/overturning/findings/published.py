@@ -22,8 +22,8 @@ class PublishedPeakComparison(FindingBaseClass):
     measure: str
     unit: str
     published_peak: float
-    computed_peak: float
-    computed_over_published_minus_1: float
+    study_motion_peak: float
+    study_over_published_peak_minus_1: float
     """Share by which the computed peak is larger."""
     max_relative_difference_from_processing: float
     """Largest difference that the processing of a record explains."""
@@ -37,7 +37,7 @@ class BlockCountAgreeingWithPublished(FindingBaseClass):
     blocks: int
     """Number of heights times frictions."""
     fully_agreeing_block_count: int
-    fully_agreeing_heights_m: list[float]
+    heights_agreeing_at_some_friction_m: list[float]
     """Heights for which all published outcomes are found with at least one friction."""
 
 
@@ -57,8 +57,8 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
                         measure=measure,
                         unit=unit,
                         published_peak=published,
-                        computed_peak=computed,
-                        computed_over_published_minus_1=difference,
+                        study_motion_peak=computed,
+                        study_over_published_peak_minus_1=difference,
                         max_relative_difference_from_processing=tolerance,
                         agrees=abs(difference) <= tolerance,
                     )
@@ -81,7 +81,7 @@ def count_fully_agreeing_published_blocks_by_variant(results: StudyResults) -> l
                 variant=variant,
                 blocks=len(found),
                 fully_agreeing_block_count=len(agreeing),
-                fully_agreeing_heights_m=sorted({round(height, 9) for height, _ in agreeing}),
+                heights_agreeing_at_some_friction_m=sorted({round(height, 9) for height, _ in agreeing}),
             )
         )
     return rows

@@ -38,11 +38,11 @@ class StoneClassSurvival(FindingBaseClass):
     """Share of the falls that come from shaking beyond the records."""
     hazard_factor_upper_bound: OptionalNumber
     """Upper bound of a factor on the hazard from standing stones; None without a bound."""
-    share_of_stones_falling_at_lowest_level: OptionalNumber
+    share_of_stones_falling_at_lowest_hazard_level: OptionalNumber
     """Share of the stones that fall at the first level of the hazard; None if weaker shaking is negligible."""
     lowest_hazard_level: float
     intensity_unit: str
-    annual_fall_rate_per_stone_below_lowest_level: OptionalNumber
+    annual_fall_rate_below_first_hazard_level: OptionalNumber
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
 
@@ -55,7 +55,7 @@ class StoneClassWithoutFragilityCurve(FindingBaseClass):
     """True if the median lies beyond the records, False if no curve fits the falls."""
 
 
-class SurveyStandingCountsAndFallRateBound(FindingBaseClass):
+class SurveyStandingCountsAndAnnualFallRateBound(FindingBaseClass):
     """Numbers of standing and fallen stones in a survey, and the upper bound of the fall rate that follows."""
 
     stood: int
@@ -78,7 +78,7 @@ class StoneSurvivalUnderHazardFindings(FindingBaseClass):
     """Doubts about the units of the hazard curves."""
     survival_of_stone_classes: list[StoneClassSurvival]
     classes_without_fragility_curve: list[StoneClassWithoutFragilityCurve]
-    survey_stone_counts: SurveyStandingCountsAndFallRateBound | None
+    survey_stone_counts: SurveyStandingCountsAndAnnualFallRateBound | None
 
 
 def survival_findings(
@@ -160,19 +160,21 @@ def _survival_finding_of_stone_class(
         hazard_factor_upper_bound=max_hazard_factor_allowed_by_standing_stones(
             curve, hazard, survival.exposure_time_years, survey_fall_rate_upper_bound_per_year
         ),
-        share_of_stones_falling_at_lowest_level=one.fall_probability_at_lowest_hazard_level if counts else math.nan,
+        share_of_stones_falling_at_lowest_hazard_level=one.fall_probability_at_lowest_hazard_level
+        if counts
+        else math.nan,
         lowest_hazard_level=float(hazard.intensity_levels[0]),
         intensity_unit=hazard.unit,
-        annual_fall_rate_per_stone_below_lowest_level=weaker if counts else math.nan,
+        annual_fall_rate_below_first_hazard_level=weaker if counts else math.nan,
     )
 
 
 def _survey_standing_counts_and_rate_bound(
     standing_stone_count: int, fallen_stone_count: int, survey_fall_rate_upper_bound_per_year: float
-) -> SurveyStandingCountsAndFallRateBound:
+) -> SurveyStandingCountsAndAnnualFallRateBound:
     """Return the numbers and the share of standing stones in a survey, with the fall-rate bound that they imply."""
     low, high = exact_share_interval(standing_stone_count, standing_stone_count + fallen_stone_count)
-    return SurveyStandingCountsAndFallRateBound(
+    return SurveyStandingCountsAndAnnualFallRateBound(
         stood=standing_stone_count,
         fell=fallen_stone_count,
         total=standing_stone_count + fallen_stone_count,

@@ -25,7 +25,7 @@ class ScannedStoneFacts(FindingBaseClass):
     """Volume of the stone, m³."""
     tilt_from_scan_to_stable_pose_deg: float
     """Angle between the vertical of the scan and that of the stone's nearest stable pose, degrees."""
-    max_height_of_load_bearing_points_mm: float
+    load_bearing_height_above_lowest_point_mm: float
     """Height above the lowest point up to which points of the base bear, mm; of the run without changes."""
 
 
@@ -68,7 +68,7 @@ class StudyQuestionAndParameters(FindingBaseClass):
     """Scanned stone; None if the study simulates none."""
 
 
-class CaseCounts(FindingBaseClass):
+class CaseCountsAndOverturnedShares(FindingBaseClass):
     """Numbers of cases, of cases without outcome by reason, and shares of cases that overturn."""
 
     total_cases: int
@@ -123,11 +123,11 @@ class RecordPeaksAndFallDirection(FindingBaseClass):
     """True if the integrated displacement drifts, so that `pgd_m` is not a ground displacement."""
     share_overturned: OptionalNumber
     """Share of the cases with an outcome that overturn."""
-    too_weak_to_move_blocks: bool
+    too_weak_to_move_any_block: bool
     """True if the record is too weak to move any block of the study."""
     mean_fall_direction_deg: OptionalNumber
     """Mean fall direction; None if its resultant is too small."""
-    fall_direction_resultant: OptionalNumber
+    fall_direction_resultant_length: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     mean_fall_axis_deg: OptionalNumber
     """Mean fall axis, 0 to 180; None if its resultant is too small."""
@@ -194,11 +194,11 @@ def scanned_stone_volume_tilt_and_relief(study: Study) -> ScannedStoneFacts | No
     return ScannedStoneFacts(
         volume_m3=body.scan.volume,
         tilt_from_scan_to_stable_pose_deg=body.scan.tilt,
-        max_height_of_load_bearing_points_mm=round(1000.0 * body.relief, 6),
+        load_bearing_height_above_lowest_point_mm=round(1000.0 * body.relief, 6),
     )
 
 
-def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
+def case_counts_and_overturned_shares(results: StudyResults) -> CaseCountsAndOverturnedShares:
     """Count the cases of a study, and those without an outcome; compute the shares that overturn.
 
     The shares are of all cases with a known outcome, and (2-D) of those at azimuths within and beyond 45° of the fault
@@ -206,7 +206,7 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCounts:
     """
     within, beyond = overturned_shares_near_and_off_fault_normal(results.reference_element_cube)
     scaled = None if results.other_amplitudes_cube is None else results.other_amplitudes_cube["overturned"]
-    return CaseCounts(
+    return CaseCountsAndOverturnedShares(
         total_cases=int(results.reference_element_cube["overturned"].size),
         cases_not_copied_by_symmetry=int(
             (results.reference_element_cube[results.model.symmetry_copy_flag_variable_name] == 0).sum().compute()
@@ -262,9 +262,9 @@ def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordPe
                 vertical_pga_m_s2=float(intensity["pga_vertical"].to_numpy()[index]),
                 displacement_drifts=name.id in processing and bool(processing[name.id].drift_evidence),
                 share_overturned=float(shares[index]),
-                too_weak_to_move_blocks=bool(still[index]),
+                too_weak_to_move_any_block=bool(still[index]),
                 mean_fall_direction_deg=mean["direction"],
-                fall_direction_resultant=float(lengths["direction"][index]),
+                fall_direction_resultant_length=float(lengths["direction"][index]),
                 mean_fall_axis_deg=mean["axis"],
                 fall_axis_resultant=float(lengths["axis"][index]),
                 fall_axis_to_fault_normal_angle_deg=float(

@@ -13,7 +13,7 @@ from overturning.surveys.displacements import (
     MIN_SHIFT_COUNTED_AS_SHIFTED_M,
     MIN_TWIST_COUNTED_AS_TWISTED_DEG,
     ComparedStatisticName,
-    DisplacementComparison,
+    FallAndDisplacementComparison,
     StoredDisplacementComparison,
 )
 from overturning.surveys.stones import OCTANTS
@@ -62,11 +62,11 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
     """Number of stones that fell in a known direction."""
     observed_mean_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    observed_fall_direction_resultant: OptionalNumber
+    observed_fall_direction_resultant_length: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     predicted_mean_direction_deg: OptionalNumber
     """Mean of the predicted directions of these stones; None if they have no common direction."""
-    predicted_fall_direction_resultant: OptionalNumber
+    predicted_fall_direction_resultant_length: OptionalNumber
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
     observed_falls_by_octant: dict[str, OptionalNumber]
     """Number of fallen stones in each octant of fall direction; a direction between two (NNE) counts in both."""
@@ -76,9 +76,9 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
     """Sum over these stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
     log_likelihood_ratio_p_value: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
-    falls_without_any_computed_fall: int
+    known_direction_falls_without_any_computed_fall: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
-    falls_without_prediction: int
+    known_direction_falls_without_prediction: int
     """Falls without an outcome, or with a B/H or D/B far outside the study; their predicted direction is random."""
     falls_with_predicted_direction: int
     """Number of `falls_in_known_direction` whose predicted direction is not random."""
@@ -88,7 +88,7 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
     """Assumed share of the stones that fall in a random direction."""
 
 
-class SiteDisplacementFindings(FindingBaseClass):
+class SiteFallAndDisplacementFindings(FindingBaseClass):
     """Observed and computed falls, shifts and twists of the stones at one survey site, or at all together."""
 
     site: str
@@ -103,14 +103,14 @@ class SiteDisplacementFindings(FindingBaseClass):
     """Standing stones like which none stands in the study; they are compared in no displacement."""
     stones_without_computed_outcome: int
     """Stones like which no computed case has an outcome; they are compared in no computed value."""
-    stones_far_outside_shape_grid: int
+    stones_far_outside_b_over_h_or_aspect_range: int
     """Stones whose B/H or D/B lies more than a quarter outside the study; they are compared in no computed value."""
     compared_shares_and_medians: list[DisplacementMeasureFinding]
     fall_direction_findings: FallDirectionFindingsIn3D | None = None
     """Fall directions; None if no stone fell in a known direction."""
 
 
-class SurveyDisplacementFindings(FindingBaseClass):
+class SurveyFallAndDisplacementFindings(FindingBaseClass):
     """Comparison of a survey with a 3-D study: falls and their directions, shifts and twists of the stones."""
 
     survey_file_name: str
@@ -127,22 +127,22 @@ class SurveyDisplacementFindings(FindingBaseClass):
     """Shift from which a standing stone counts as shifted, cm."""
     min_twist_counted_as_twisted_deg: float = MIN_TWIST_COUNTED_AS_TWISTED_DEG
     """Absolute twist from which a standing stone counts as twisted, degrees."""
-    all_sites: SiteDisplacementFindings
+    all_sites: SiteFallAndDisplacementFindings
     """All sites together."""
-    sites: list[SiteDisplacementFindings] = Field(default_factory=list)
+    sites: list[SiteFallAndDisplacementFindings] = Field(default_factory=list)
     """Each site by itself; empty if the survey has only one."""
     cemetery_soil_findings: list[SurveySiteSoilAmplification] = Field(default_factory=list)
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
 
-def all_survey_displacement_findings(results: StudyResults) -> list[SurveyDisplacementFindings]:
+def all_survey_displacement_findings(results: StudyResults) -> list[SurveyFallAndDisplacementFindings]:
     """Return, for each survey of a 3-D study, observed and computed falls, shifts and twists; [] for a 2-D study."""
     return [survey_displacement_findings(one) for one in results.survey_displacement_comparisons]
 
 
-def survey_displacement_findings(stored_comparison: StoredDisplacementComparison) -> SurveyDisplacementFindings:
+def survey_displacement_findings(stored_comparison: StoredDisplacementComparison) -> SurveyFallAndDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones of a survey."""
-    return SurveyDisplacementFindings(
+    return SurveyFallAndDisplacementFindings(
         survey_file_name=stored_comparison.survey_file_name,
         sha256=stored_comparison.sha256,
         record=stored_comparison.record,
@@ -154,7 +154,9 @@ def survey_displacement_findings(stored_comparison: StoredDisplacementComparison
     )
 
 
-def _site_displacement_findings(site_name: str, comparison: DisplacementComparison) -> SiteDisplacementFindings:
+def _site_displacement_findings(
+    site_name: str, comparison: FallAndDisplacementComparison
+) -> SiteFallAndDisplacementFindings:
     """Return the report's numbers on falls, shifts and twists of the stones at one site."""
     measures = []
     for one in comparison.compared_statistics:
@@ -174,14 +176,14 @@ def _site_displacement_findings(site_name: str, comparison: DisplacementComparis
                 computed=ShareOrMedianWithRangeOverFrictions(**computed),
             )
         )
-    return SiteDisplacementFindings(
+    return SiteFallAndDisplacementFindings(
         site=site_name,
         fell=comparison.fell,
         stood=comparison.stood,
         matching_computed_cases=comparison.similar_computed_case_count,
         standing_stones_without_standing_simulation=comparison.standing_stones_without_standing_simulation,
         stones_without_computed_outcome=comparison.stones_without_computed_outcome,
-        stones_far_outside_shape_grid=comparison.stones_far_outside_shape_grid,
+        stones_far_outside_b_over_h_or_aspect_range=comparison.stones_far_outside_b_over_h_or_aspect_range,
         compared_shares_and_medians=measures,
         fall_direction_findings=None
         if comparison.fall_direction_comparison is None
@@ -190,7 +192,7 @@ def _site_displacement_findings(site_name: str, comparison: DisplacementComparis
 
 
 def _fall_direction_findings_in_3d(
-    comparison: DisplacementComparison, fall_direction_comparison: FallDirectionComparisonIn3D
+    comparison: FallAndDisplacementComparison, fall_direction_comparison: FallDirectionComparisonIn3D
 ) -> FallDirectionFindingsIn3D:
     """Return the report's numbers on observed fall directions of stones and those computed in a 3-D study."""
     has_mean = fall_direction_comparison.predicted_resultant_length >= MIN_RESULTANT_WITH_MEAN_DIRECTION
@@ -198,21 +200,23 @@ def _fall_direction_findings_in_3d(
         fall_direction_comparison.observed_count_by_octant.round(2).tolist(),
         fall_direction_comparison.predicted_count_by_octant.tolist(),
     )
+    compared = fall_direction_comparison
     return FallDirectionFindingsIn3D(
-        falls_in_known_direction=fall_direction_comparison.fallen_in_known_direction,
-        observed_mean_direction_deg=fall_direction_comparison.observed_mean_direction_deg,
-        observed_fall_direction_resultant=fall_direction_comparison.observed_resultant_length,
-        predicted_mean_direction_deg=fall_direction_comparison.predicted_mean_direction_deg if has_mean else math.nan,
-        predicted_fall_direction_resultant=fall_direction_comparison.predicted_resultant_length,
+        falls_in_known_direction=compared.fallen_in_known_direction,
+        observed_mean_direction_deg=compared.observed_mean_direction_deg,
+        observed_fall_direction_resultant_length=compared.observed_resultant_length,
+        predicted_mean_direction_deg=compared.predicted_mean_direction_deg if has_mean else math.nan,
+        predicted_fall_direction_resultant_length=compared.predicted_resultant_length,
         observed_falls_by_octant=dict(zip(OCTANTS, observed, strict=True)),
         predicted_falls_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
-        log_likelihood_ratio=fall_direction_comparison.log_likelihood_ratio,
-        log_likelihood_ratio_p_value=fall_direction_comparison.likelihood_ratio_p,
-        falls_without_any_computed_fall=fall_direction_comparison.falls_without_any_computed_fall,
-        falls_without_prediction=fall_direction_comparison.falls_without_computed_outcome,
-        falls_with_predicted_direction=fall_direction_comparison.fallen_in_known_direction
-        - fall_direction_comparison.falls_without_any_computed_fall
-        - fall_direction_comparison.falls_without_computed_outcome,
-        has_no_stone_with_prediction=comparison.stones_far_outside_shape_grid == comparison.fell + comparison.stood,
-        assumed_random_direction_share=fall_direction_comparison.assumed_random_fall_direction_share,
+        log_likelihood_ratio=compared.log_likelihood_ratio,
+        log_likelihood_ratio_p_value=compared.likelihood_ratio_p,
+        known_direction_falls_without_any_computed_fall=compared.known_direction_falls_without_any_computed_fall,
+        known_direction_falls_without_prediction=compared.known_direction_falls_without_computed_outcome,
+        falls_with_predicted_direction=compared.fallen_in_known_direction
+        - compared.known_direction_falls_without_any_computed_fall
+        - compared.known_direction_falls_without_computed_outcome,
+        has_no_stone_with_prediction=comparison.stones_far_outside_b_over_h_or_aspect_range
+        == comparison.fell + comparison.stood,
+        assumed_random_direction_share=compared.assumed_random_fall_direction_share,
     )

@@ -64,7 +64,7 @@ class SurveySiteSoilAmplification(FindingBaseClass):
     """Peak acceleration of the larger horizontal component at the surface, g."""
 
 
-class SurveySiteFindings(FindingBaseClass):
+class SurveySitePredictionFindings(FindingBaseClass):
     """Comparison of the observed falls at one site of a survey with the predicted falls."""
 
     site: str
@@ -85,7 +85,7 @@ class SurveySiteFindings(FindingBaseClass):
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
 
 
-class SurveyFindings(FindingBaseClass):
+class SurveyPredictionFindings(FindingBaseClass):
     """Comparison of the observed falls of a survey with the falls predicted for its site."""
 
     survey_file_name: str
@@ -110,11 +110,11 @@ class SurveyFindings(FindingBaseClass):
     """True if some falls have a known direction, but fewer than 40, five to an octant."""
     observed_mean_direction_deg: OptionalNumber
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    observed_fall_direction_resultant: OptionalNumber
+    observed_fall_direction_resultant_length: OptionalNumber
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     predicted_mean_direction_deg: OptionalNumber
     """Mean of the predicted directions of the stones that fell; None if they have no common direction."""
-    predicted_fall_direction_resultant: OptionalNumber
+    predicted_fall_direction_resultant_length: OptionalNumber
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
     observed_fall_share: ObservedStoneShare | None
     """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen.
@@ -142,32 +142,32 @@ class SurveyFindings(FindingBaseClass):
     """Tests of the agreement of observed and predicted directions."""
     uniformity_test: StatisticalTestFinding
     """Test of a uniform distribution of the observed directions."""
-    correct_predictions: int | None
-    """Number of `checked_predictions` in which the stone did what was most probable."""
-    checked_predictions: int | None
+    stones_with_correct_most_probable_outcome: int | None
+    """Number of `stones_with_checked_most_probable_outcome` in which the stone did what was most probable."""
+    stones_with_checked_most_probable_outcome: int | None
     """Number of stones of known face and B/H with a computed outcome; None if there are none."""
     predicted_side_counts_by_observed_side: dict[str, list[int]]
     """Stones of known face by the side to which they fell: their most probable sides, in the same order."""
     has_falls_with_known_face_and_b_over_h: bool
     """True if the directions of some falls are predicted edge by edge only."""
-    falls_without_face_or_b_over_h: int
+    known_direction_falls_without_face_or_b_over_h: int
     """Falls without face azimuth or B/H, for which all orientations are assumed."""
-    falls_without_any_computed_fall: int
+    known_direction_falls_without_any_computed_fall: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
     stones_without_computed_outcome: int
     """Stones without a computed outcome, although no B/H of theirs lies more than a quarter outside the grid.
 
-    They do not count in `computed_fall_share` and `checked_predictions`.
+    They do not count in `computed_fall_share` and `stones_with_checked_most_probable_outcome`.
     """
-    falls_without_computed_outcome: int
+    known_direction_falls_without_computed_outcome: int
     """Stones of `stones_without_computed_outcome` that fell in a known direction, which is predicted at random."""
-    falls_without_prediction: int
+    known_direction_falls_without_prediction: int
     """Stones without a computed outcome, or without a prediction, that fell in a known direction."""
     falls_with_predicted_direction: int
     """Number of `falls_in_known_direction` whose predicted direction is not random: such a stone falls in the study."""
-    falls_without_face_azimuth: int
+    known_direction_falls_without_face_azimuth: int
     """Number of stones without a face azimuth that fell in a known direction."""
-    falls_without_b_over_h: int
+    known_direction_falls_without_b_over_h: int
     """Number of stones without a B/H that fell in a known direction."""
     stones_with_b_over_h_slightly_outside_grid: int
     """Number of stones with a B/H outside the grid, which take its nearest value."""
@@ -179,7 +179,7 @@ class SurveyFindings(FindingBaseClass):
     """Number of stones with a height outside the grid; their `computed_fall_share` is that of its nearest height."""
     assumed_random_direction_share: float
     """Assumed share of the stones that fall in a random direction."""
-    sites: list[SurveySiteFindings] = Field(default_factory=list)
+    sites: list[SurveySitePredictionFindings] = Field(default_factory=list)
     """Comparison for each site by itself, with the same record; empty if the survey has only one site."""
     cemetery_soil_findings: list[SurveySiteSoilAmplification] = Field(default_factory=list)
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
@@ -189,12 +189,12 @@ SMALL_SURVEY_FALL_THRESHOLD = 5 * len(OCTANTS)
 """Falls of known direction below which the report calls a survey small: a chi-square test over octants expects five."""
 
 
-def all_survey_prediction_findings(results: StudyResults) -> list[SurveyFindings]:
+def all_survey_prediction_findings(results: StudyResults) -> list[SurveyPredictionFindings]:
     """Return, for each survey of a study, the comparison of observed and predicted falls."""
     return [survey_prediction_findings(one) for one in results.survey_comparisons]
 
 
-def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison) -> SurveyFindings:
+def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison) -> SurveyPredictionFindings:
     """Return the report's numbers on one survey: its comparison with the falls predicted for its site."""
     found, confusion = stored_survey_comparison.comparison, stored_survey_comparison.comparison.confusion_matrix
 
@@ -207,7 +207,7 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
         one = getattr(found, test_attribute_of_comparison)
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
-    return SurveyFindings(
+    return SurveyPredictionFindings(
         survey_file_name=stored_survey_comparison.survey_file_name,
         sha256=stored_survey_comparison.sha256,
         record=stored_survey_comparison.record,
@@ -219,13 +219,13 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
         falls_in_known_direction=found.fallen_count_in_known_direction,
         has_few_falls_in_known_direction=0 < found.fallen_count_in_known_direction < SMALL_SURVEY_FALL_THRESHOLD,
         observed_mean_direction_deg=found.observed_mean_direction_deg,
-        observed_fall_direction_resultant=found.observed_resultant_length,
+        observed_fall_direction_resultant_length=found.observed_resultant_length,
         predicted_mean_direction_deg=(
             found.predicted_mean_direction_deg
             if found.predicted_resultant_length >= MIN_RESULTANT_WITH_MEAN_DIRECTION
             else math.nan
         ),
-        predicted_fall_direction_resultant=found.predicted_resultant_length,
+        predicted_fall_direction_resultant_length=found.predicted_resultant_length,
         observed_fall_share=observed_stone_share_with_interval(
             found.fallen_count_at_sites_with_standing_stones, found.stone_count_at_sites_with_standing_stones
         )
@@ -245,23 +245,23 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
             for name in ("octant_chi_square_test", "octant_watson_u2_test", "exact_azimuth_watson_u2_test")
         ],
         uniformity_test=statistical_test_finding("octant_uniformity_test"),
-        correct_predictions=None if confusion is None else int(confusion.trace()),
-        checked_predictions=None if confusion is None else int(confusion.sum()),
+        stones_with_correct_most_probable_outcome=None if confusion is None else int(confusion.trace()),
+        stones_with_checked_most_probable_outcome=None if confusion is None else int(confusion.sum()),
         predicted_side_counts_by_observed_side={}
         if confusion is None
         else dict(zip(STANDING_OR_FALL_SIDES, confusion.tolist(), strict=True)),
-        has_falls_with_known_face_and_b_over_h=found.falls_without_face_or_b_over_h
+        has_falls_with_known_face_and_b_over_h=found.known_direction_falls_without_face_or_b_over_h
         < found.fallen_count_in_known_direction,
-        falls_without_face_or_b_over_h=found.falls_without_face_or_b_over_h,
-        falls_without_any_computed_fall=found.falls_without_any_computed_fall,
+        known_direction_falls_without_face_or_b_over_h=found.known_direction_falls_without_face_or_b_over_h,
+        known_direction_falls_without_any_computed_fall=found.known_direction_falls_without_any_computed_fall,
         stones_without_computed_outcome=found.stones_without_computed_outcome,
-        falls_without_computed_outcome=found.falls_without_computed_outcome,
-        falls_without_prediction=found.falls_without_prediction,
+        known_direction_falls_without_computed_outcome=found.known_direction_falls_without_computed_outcome,
+        known_direction_falls_without_prediction=found.known_direction_falls_without_prediction,
         falls_with_predicted_direction=found.fallen_count_in_known_direction
-        - found.falls_without_any_computed_fall
-        - found.falls_without_prediction,
-        falls_without_face_azimuth=found.falls_without_face_azimuth,
-        falls_without_b_over_h=found.falls_without_b_over_h,
+        - found.known_direction_falls_without_any_computed_fall
+        - found.known_direction_falls_without_prediction,
+        known_direction_falls_without_face_azimuth=found.known_direction_falls_without_face_azimuth,
+        known_direction_falls_without_b_over_h=found.known_direction_falls_without_b_over_h,
         stones_with_b_over_h_slightly_outside_grid=found.stones_outside_b_over_h_grid
         - found.stones_far_outside_b_over_h_grid,
         stones_with_b_over_h_far_outside_grid=found.stones_far_outside_b_over_h_grid,
@@ -297,9 +297,9 @@ def soil_findings_of_survey_sites(
     ]
 
 
-def _site_prediction_findings(site_name: str, comparison: SurveyPredictionComparison) -> SurveySiteFindings:
+def _site_prediction_findings(site_name: str, comparison: SurveyPredictionComparison) -> SurveySitePredictionFindings:
     """Return the report's numbers on one site of a survey: its observed and predicted falls."""
-    return SurveySiteFindings(
+    return SurveySitePredictionFindings(
         site=site_name,
         fell=comparison.fallen,
         stood=comparison.stood,

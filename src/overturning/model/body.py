@@ -14,7 +14,7 @@ from overturning.model.grid import CaseGrid
 from overturning.model.scan import ScannedStone
 from overturning.model.shapes import RectangularPrism, Shape, shape_from_name_or_sides
 from overturning.model.space import ThreeDimensionalModel
-from overturning.model.symmetry import FULL_TURN_DEG, EquivalentSimulatedDirections
+from overturning.model.symmetry import FULL_TURN_DEG, SimulatedDirectionsForRequestedDirections
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
     BODY_OUTCOME_VARIABLES,
@@ -165,7 +165,7 @@ class Body(ThreeDimensionalModel):
     @override
     def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
-    ) -> EquivalentSimulatedDirections:
+    ) -> SimulatedDirectionsForRequestedDirections:
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
         direction = grid.direction_values_deg[:, None]
         period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
@@ -185,7 +185,7 @@ class Body(ThreeDimensionalModel):
         self,
         outcome_arrays: dict[str, NDArray[Any]],
         grid: CaseGrid,
-        equivalent_directions: EquivalentSimulatedDirections,
+        equivalent_directions: SimulatedDirectionsForRequestedDirections,
     ) -> None:
         super().adapt_and_mark_copied_outcomes_in_place(outcome_arrays, grid, equivalent_directions)
         faces = len(self.shape.solid(1.0, 0.5, 1.0).resting_face_normals_after_fall)

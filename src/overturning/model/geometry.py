@@ -89,7 +89,7 @@ class PlacedElement:
         return self.element.kind != "free"
 
 
-class ConvexPiecePair(NamedTuple):
+class ConvexPiecePairIndices(NamedTuple):
     """Two convex pieces of elements that can touch: indices of both elements, and of the piece in each element."""
 
     first_element_index: int
@@ -314,14 +314,14 @@ def _index_pairs_and_gaps_of_movable_elements(placed_elements: list[PlacedElemen
             yield i, j, float(min(gaps))
 
 
-def convex_piece_pairs_with_movable_element(placed_elements: list[PlacedElement]) -> list[ConvexPiecePair]:
+def convex_piece_pairs_with_movable_element(placed_elements: list[PlacedElement]) -> list[ConvexPiecePairIndices]:
     """Return all pairs of convex pieces of two elements, except pairs in which forces can move neither element.
 
     Elements of any distance may touch: a stone slides far on smooth ground, and a held wall comes as far as the ground
     moves.
     """
     return [
-        ConvexPiecePair(i, j, m, n)
+        ConvexPiecePairIndices(i, j, m, n)
         for (j, b), (i, a) in combinations(enumerate(placed_elements), 2)
         if not (a.is_driven_or_held and b.is_driven_or_held)
         for m, n in product(
@@ -331,7 +331,7 @@ def convex_piece_pairs_with_movable_element(placed_elements: list[PlacedElement]
 
 
 def convex_pieces_of_each_pair(
-    placed_elements: list[PlacedElement], piece_pairs: list[ConvexPiecePair]
+    placed_elements: list[PlacedElement], piece_pairs: list[ConvexPiecePairIndices]
 ) -> list[tuple[PlacedElement, PlacedElement]]:
     """Return, for each pair of convex pieces that can touch, both pieces at their positions in the scene."""
     parts = [item.convex_parts for item in placed_elements]
@@ -346,7 +346,7 @@ def convex_pieces_of_each_pair(
 
 def touching_contact_points(
     placed_elements: list[PlacedElement],
-    piece_pairs: list[ConvexPiecePair],
+    piece_pairs: list[ConvexPiecePairIndices],
     max_inclination_of_faces_in_contact_rad: float = 0.0,
 ) -> list[TouchingContactPoint]:
     """Return the contact points of a scene at rest: those at which two elements touch.

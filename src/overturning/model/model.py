@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
-from overturning.model.symmetry import FULL_TURN_DEG, EquivalentSimulatedDirections, first_equivalent_of_each_direction
+from overturning.model.symmetry import (
+    FULL_TURN_DEG,
+    SimulatedDirectionsForRequestedDirections,
+    first_equivalent_of_each_direction,
+)
 from overturning.model.variables import OutcomeVariable
 
 if TYPE_CHECKING:
@@ -135,7 +139,7 @@ class Model(ABC):
 
     def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
-    ) -> EquivalentSimulatedDirections:
+    ) -> SimulatedDirectionsForRequestedDirections:
         """Return, for each direction of a grid, a direction to simulate instead, equivalent by symmetry.
 
         Parameters
@@ -147,7 +151,7 @@ class Model(ABC):
 
         Returns
         -------
-        EquivalentSimulatedDirections
+        SimulatedDirectionsForRequestedDirections
             Shape (directions, 1) or (directions, aspects).
         """
         return first_equivalent_of_each_direction(
@@ -163,7 +167,7 @@ class Model(ABC):
         self,
         outcome_arrays: dict[str, NDArray[Any]],
         grid: CaseGrid,
-        equivalent_directions: EquivalentSimulatedDirections,
+        equivalent_directions: SimulatedDirectionsForRequestedDirections,
     ) -> None:
         """Rotate, in place, outcomes copied from a direction equivalent by symmetry, and mark them as copies."""
 

@@ -23,7 +23,7 @@ from overturning.model.scene import Scene, gravestone
 from overturning.model.scene_model import SceneModel
 from overturning.model.symmetry import (
     PLANE_SYMMETRY_PERIOD_DEG,
-    EquivalentSimulatedDirections,
+    SimulatedDirectionsForRequestedDirections,
     copy_with_mirrored_planes_marked,
     nearest_simulated_directions,
     nearest_simulated_planes,
@@ -288,7 +288,7 @@ class PlanarModel(SceneModel):
     @override
     def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
-    ) -> EquivalentSimulatedDirections:
+    ) -> SimulatedDirectionsForRequestedDirections:
         """Return the azimuth to simulate for each azimuth φ of a grid: φ, or φ + 180° to mirror its outcome."""
         found = super().simulated_direction_for_each_direction(grid, use_symmetry)
         if not use_symmetry:
@@ -300,7 +300,7 @@ class PlanarModel(SceneModel):
         self,
         outcome_arrays: dict[str, NDArray[Any]],
         grid: CaseGrid,
-        equivalent_directions: EquivalentSimulatedDirections,
+        equivalent_directions: SimulatedDirectionsForRequestedDirections,
     ) -> None:
         mirrored = grid.broadcast_over_grid(equivalent_directions.is_mirrored)
         outcome_arrays["mirrored"] = mirrored.astype(np.int8)

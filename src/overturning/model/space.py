@@ -9,7 +9,7 @@ from typing_extensions import override
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import CaseGrid
 from overturning.model.model import Model, StoneOutcomesByAmplitudeFactor, values_at_grid_indices
-from overturning.model.symmetry import EquivalentSimulatedDirections, nearest_simulated_directions
+from overturning.model.symmetry import SimulatedDirectionsForRequestedDirections, nearest_simulated_directions
 from overturning.model.variables import INT8_MISSING, mask_of_known_outcomes
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class ThreeDimensionalModel(Model):
         self,
         outcome_arrays: dict[str, NDArray[Any]],
         grid: CaseGrid,
-        equivalent_directions: EquivalentSimulatedDirections,
+        equivalent_directions: SimulatedDirectionsForRequestedDirections,
     ) -> None:
         own = np.arange(equivalent_directions.simulated_direction_index.shape[0])[:, None]
         outcome_arrays["repeated"] = grid.broadcast_over_grid(

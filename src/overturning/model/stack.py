@@ -18,7 +18,7 @@ from overturning.model.scene_model import SceneModel
 from overturning.model.space import ThreeDimensionalModel
 from overturning.model.stack_checks import check_scene_can_be_simulated_as_3d_stack
 from overturning.model.stack_stones import POLYGON_SIDES_FOR_CIRCLE, StackStone, stack_stones
-from overturning.model.symmetry import FULL_TURN_DEG, EquivalentSimulatedDirections
+from overturning.model.symmetry import FULL_TURN_DEG, SimulatedDirectionsForRequestedDirections
 from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_OUTCOME_VARIABLES, OutcomeVariable
 
 _NAMES_OF_VARIABLES_PER_STONE: Final = {
@@ -134,7 +134,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
     @override
     def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
-    ) -> EquivalentSimulatedDirections:
+    ) -> SimulatedDirectionsForRequestedDirections:
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
         period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period

@@ -25,7 +25,7 @@ _DIRECTION_DEG_DECIMALS: Final = 9
 
 
 @dataclass(frozen=True)
-class EquivalentSimulatedDirections:
+class SimulatedDirectionsForRequestedDirections:
     """Simulated directions of a grid from which, by rotation or mirroring, the outcomes of requested directions follow.
 
     Attributes
@@ -53,7 +53,7 @@ def nearest_simulated_planes(
     simulated_azimuth_deg: ArrayLike,
     requested_azimuth_deg: ArrayLike,
     symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG,
-) -> EquivalentSimulatedDirections:
+) -> SimulatedDirectionsForRequestedDirections:
     """Return the simulated vertical plane nearest to each azimuth, marked as mirrored if it is rotated by 180°."""
     return copy_with_mirrored_planes_marked(
         nearest_simulated_directions(simulated_azimuth_deg, requested_azimuth_deg, symmetry_period_deg),
@@ -63,7 +63,7 @@ def nearest_simulated_planes(
 
 def nearest_simulated_directions(
     simulated_direction_deg: ArrayLike, requested_direction_deg: ArrayLike, symmetry_period_deg: float
-) -> EquivalentSimulatedDirections:
+) -> SimulatedDirectionsForRequestedDirections:
     """Return the simulated directions that, rotated by whole symmetry periods, are nearest to given directions.
 
     Parameters
@@ -78,13 +78,15 @@ def nearest_simulated_directions(
 
     Returns
     -------
-    EquivalentSimulatedDirections
+    SimulatedDirectionsForRequestedDirections
         Shape (m,). A cell of the grid takes precedence over an equal cell that has to be rotated.
     """
     direction, asked = np.asarray(simulated_direction_deg, np.float64), np.asarray(requested_direction_deg, np.float64)
     if symmetry_period_deg == 0.0:
         cell = np.zeros(asked.shape, np.intp)
-        return EquivalentSimulatedDirections(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
+        return SimulatedDirectionsForRequestedDirections(
+            cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool)
+        )
     turns: FloatArray = symmetry_period_deg * np.arange(round(FULL_TURN_DEG / symmetry_period_deg), dtype=np.float64)
     # Ends of the turned cells round the compass; of equal ones the first, which is turned least.
     end, first = np.unique(_reduce_to_period(turns[:, None] + direction, FULL_TURN_DEG), return_index=True)
@@ -94,14 +96,14 @@ def nearest_simulated_directions(
     past, ahead = (wanted - end[before]) % FULL_TURN_DEG, (end[after] - wanted) % FULL_TURN_DEG
     chosen = first[np.where(ahead < past - 10.0**-_DIRECTION_DEG_DECIMALS, after, before)]
     known = (past == 0.0) | (past + ahead <= FULL_TURN_DEG / 2)
-    return EquivalentSimulatedDirections(
+    return SimulatedDirectionsForRequestedDirections(
         chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known
     )
 
 
 def copy_with_mirrored_planes_marked(
-    equivalent_directions: EquivalentSimulatedDirections, symmetry_period_deg: float
-) -> EquivalentSimulatedDirections:
+    equivalent_directions: SimulatedDirectionsForRequestedDirections, symmetry_period_deg: float
+) -> SimulatedDirectionsForRequestedDirections:
     """Return a copy that marks simulated vertical planes rotated by 180°: their outcomes have to be mirrored."""
     return replace(
         equivalent_directions,
@@ -112,7 +114,7 @@ def copy_with_mirrored_planes_marked(
 
 def first_equivalent_of_each_direction(
     grid_direction_deg: ArrayLike, alternative_symmetry_periods_deg: ArrayLike
-) -> EquivalentSimulatedDirections:
+) -> SimulatedDirectionsForRequestedDirections:
     """Return, for each direction of a grid, the first direction of the grid that is equivalent by symmetry.
 
     Parameters
@@ -124,7 +126,7 @@ def first_equivalent_of_each_direction(
 
     Returns
     -------
-    EquivalentSimulatedDirections
+    SimulatedDirectionsForRequestedDirections
         Shape (n, p). Only a direction i whose `simulated_direction_index[i, k]` is i itself needs to be computed for
         the period k.
     """
@@ -136,7 +138,9 @@ def first_equivalent_of_each_direction(
         first, place = np.unique(within, return_index=True, return_inverse=True)[1:]
         cell[:, column] = first[place]
     turn = _reduce_to_period(direction[:, None] - direction[cell], FULL_TURN_DEG)
-    return EquivalentSimulatedDirections(cell, turn, np.zeros(cell.shape, np.bool_), np.ones(cell.shape, np.bool_))
+    return SimulatedDirectionsForRequestedDirections(
+        cell, turn, np.zeros(cell.shape, np.bool_), np.ones(cell.shape, np.bool_)
+    )
 
 
 def _reduce_to_period(angle_deg: FloatArray, period_deg: float) -> FloatArray:

@@ -65,7 +65,7 @@ class LowestVertexChangesOnLeaning(NamedTuple):
 
     lean_direction_index: NDArray[np.int64]
     """Index of the direction."""
-    lowest_edge_index: NDArray[np.int64]
+    index_of_edge_lowest_at_change: NDArray[np.int64]
     """Index of the edge both ends of which are lowest at that tilt."""
     tilt_at_change_rad: FloatArray
     """Tilt, rad."""
@@ -124,8 +124,8 @@ def fall_tilt_by_lean_direction(
         order
     ]  # in order of decreasing tilt, so that the least one remains
     along = (
-        hull.vertices_from_centre_of_mass[ends[found.lowest_edge_index[order], 1]]
-        - hull.vertices_from_centre_of_mass[ends[found.lowest_edge_index[order], 0]]
+        hull.vertices_from_centre_of_mass[ends[found.index_of_edge_lowest_at_change[order], 1]]
+        - hull.vertices_from_centre_of_mass[ends[found.index_of_edge_lowest_at_change[order], 0]]
     )
     along *= np.where(
         found.centre_height_derivatives_on_edge_ends[order, 1] > found.centre_height_derivatives_on_edge_ends[order, 0],
@@ -145,7 +145,9 @@ def fall_tilt_by_lean_direction(
             np.zeros(0, np.int64),
         )
     touched = ends[
-        found.lowest_edge_index[found.tilt_at_change_rad < limits[found.lean_direction_index] * (1.0 - 1e-6)]
+        found.index_of_edge_lowest_at_change[
+            found.tilt_at_change_rad < limits[found.lean_direction_index] * (1.0 - 1e-6)
+        ]
     ]
     _lower_fall_limits_for_resting_faces(limits, rows, resting_face_normals_after_fall)
     starts = _pseudo_angle_in_quarter_turns(2.0 * np.pi * np.arange(LEAN_DIRECTION_COUNT) / LEAN_DIRECTION_COUNT)

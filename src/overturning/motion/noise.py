@@ -34,7 +34,7 @@ class SignalNoiseSpectra:
     # Fourier amplitudes in bands over the root of the window's length, m/s^1.5, shape (components, m)
     signal_amplitude_per_root_duration: FloatArray
     noise_amplitude_per_root_duration: FloatArray
-    permanent_offset_amplitude_per_root_duration: (
+    baseline_step_amplitude_per_root_duration: (
         FloatArray  # amplitude of a step between the levels before and after the signal (tilt of the sensor)
     )
 
@@ -42,7 +42,7 @@ class SignalNoiseSpectra:
     def signal_over_noise_plus_offset_spectrum(self) -> FloatArray:
         """Signal spectrum over the spectrum of noise and permanent offset, shape (components, m) for m frequencies."""
         return self.signal_amplitude_per_root_duration / np.hypot(
-            self.noise_amplitude_per_root_duration, self.permanent_offset_amplitude_per_root_duration
+            self.noise_amplitude_per_root_duration, self.baseline_step_amplitude_per_root_duration
         )
 
 

@@ -136,7 +136,7 @@ def choose_highpass_corner_hz_and_reason(record: Record) -> tuple[float, str]:
         row = int(found.signal_over_noise_plus_offset_spectrum[:, last].argmin())
         what = (
             "offset that the shock leaves"
-            if found.permanent_offset_amplitude_per_root_duration[row, last]
+            if found.baseline_step_amplitude_per_root_duration[row, last]
             > found.noise_amplitude_per_root_duration[row, last]
             else window
         )

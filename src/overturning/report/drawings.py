@@ -18,7 +18,7 @@ from overturning.figures.answer import (
 from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_by_intensity_figure
 from overturning.figures.film_words import station_and_event_text
 from overturning.figures.maps import fall_map_figure
-from overturning.figures.observed_rose import ObservedFallRose, observed_fall_roses_figure
+from overturning.figures.observed_rose import ObservedFallRoseCounts, observed_fall_roses_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.record import second_title_line_with_scene_and_element
 from overturning.figures.scene import scenes_figure
@@ -33,7 +33,7 @@ from overturning.findings.collect import Findings, findings_from_results
 from overturning.findings.contrast import VariantContrast
 from overturning.findings.observed import ObservedFallsFinding
 from overturning.findings.results import StudyResults, open_study_results
-from overturning.findings.surveys import SurveyFindings
+from overturning.findings.surveys import SurveyPredictionFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.study.cube import default_figure_values_by_dimension_name
@@ -210,7 +210,7 @@ def legend_names_of_study_and_variant(findings: Findings, contrast: VariantContr
         names = ("with vertical motion", "without vertical motion")
         return names if findings.study.applies_vertical_motion else names[::-1]
     if contrast.differing_settings == ["scene"]:
-        return contrast.scene_of_study, contrast.scene_of_variant
+        return contrast.scene_name_of_study, contrast.scene_name_of_variant
     if contrast.differing_settings == ["site"]:
         soil = (
             f"soil of {contrast.variant}"
@@ -230,7 +230,7 @@ def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
     """Draw the alignment of the falls with the axis of each reference direction, such as the fault normal."""
     groups = {}
     for group in findings.reference_alignments:
-        axes = [one for one in group.references if one.alignment_kind == "axis"]
+        axes = [one for one in group.references if one.axis_or_direction == "axis"]
         groups[group.record_group] = {
             one.reference: convert_to_plotted_estimate(one.alignment_over_all_b_over_h) for one in axes
         }
@@ -242,12 +242,12 @@ def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, lege
     shapes = contrast.by_b_over_h if len(contrast.by_b_over_h) > 1 else []
     rows = ["all cases", *(f"B/H {each.b_over_h:.3g}" for each in shapes)]
     here = [
-        convert_to_plotted_estimate(contrast.share_overturned_study),
-        *(convert_to_plotted_estimate(each.share_overturned_study) for each in shapes),
+        convert_to_plotted_estimate(contrast.share_overturned_in_study),
+        *(convert_to_plotted_estimate(each.share_overturned_in_study) for each in shapes),
     ]
     there = [
-        convert_to_plotted_estimate(contrast.share_overturned_variant),
-        *(convert_to_plotted_estimate(each.share_overturned_variant) for each in shapes),
+        convert_to_plotted_estimate(contrast.share_overturned_in_variant),
+        *(convert_to_plotted_estimate(each.share_overturned_in_variant) for each in shapes),
     ]
     differences = [
         convert_to_plotted_estimate(contrast.study_minus_variant_share),
@@ -269,7 +269,7 @@ def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, lege
     )
 
 
-def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyFindings]) -> "Figure":
+def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyPredictionFindings]) -> "Figure":
     """Draw observed next to computed falls of surveys: directions as roses, and shares of fallen stones."""
 
     def mean_direction_unless_scattered(
@@ -293,10 +293,10 @@ def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyFindings])
                 observed_falls_by_octant=counts_in_octant_order(one.observed_falls_by_octant),
                 computed_falls_by_octant=counts_in_octant_order(one.predicted_falls_by_octant),
                 observed_mean_fall_direction_deg=mean_direction_unless_scattered(
-                    one.observed_mean_direction_deg, one.observed_fall_direction_resultant
+                    one.observed_mean_direction_deg, one.observed_fall_direction_resultant_length
                 ),
                 computed_mean_fall_direction_deg=mean_direction_unless_scattered(
-                    one.predicted_mean_direction_deg, one.predicted_fall_direction_resultant
+                    one.predicted_mean_direction_deg, one.predicted_fall_direction_resultant_length
                 ),
                 observed_fallen_share=convert_share_to_plotted_estimate(one.observed_fall_share),
                 computed_fallen_share=convert_share_to_plotted_estimate(one.computed_fall_share),
@@ -306,7 +306,7 @@ def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyFindings])
     )
 
 
-def write_survey_falls_figure(survey_findings: Sequence[SurveyFindings], path: Path) -> None:
+def write_survey_falls_figure(survey_findings: Sequence[SurveyPredictionFindings], path: Path) -> None:
     """Write the figure of observed next to computed falls of surveys to a file."""
     with use_package_matplotlib_settings():
         save_figure_files(_draw_observed_and_computed_falls(survey_findings), path)
@@ -315,7 +315,7 @@ def write_survey_falls_figure(survey_findings: Sequence[SurveyFindings], path: P
 def write_roses_of_observed_falls(observed_falls: Sequence[ObservedFallsFinding], path: Path) -> None:
     """Write roses of the observed falls of a survey to a file; sites are named only if there are several roses."""
     roses = [
-        ObservedFallRose(
+        ObservedFallRoseCounts(
             name="" if len(observed_falls) == 1 else one.site or ("all sites" if number == 0 else "no site"),
             falls_by_sector=np.array([count or 0.0 for count in one.falls_by_sector]),
             mean_direction_deg=one.direction.mean_deg,

@@ -54,11 +54,11 @@ class ElementDisplacementSummary:
 
 
 @dataclass(frozen=True)
-class TwoStoneFallContrast:
+class StoneFallComparisonOfTwoCubes:
     """Comparison of the falls of two stones under the same motions; all values are means over earthquakes.
 
-    ``share_only_this_falls``, ``share_only_other_falls`` and ``share_both_fall`` are shares of the cases known in both
-    cubes in which the stone falls in this cube only, in the other only, or in both.
+    ``share_of_cases_only_this_falls``, ``share_of_cases_only_other_falls`` and ``share_of_cases_both_fall`` are shares
+    of the cases known in both cubes in which the stone falls in this cube only, in the other only, or in both.
     ``same_direction_share_if_both_fall``, ``this_earlier_share_if_both_fall`` and
     ``share_of_simultaneous_falls_if_both_fall`` are shares of the cases in which both fall: falls within 45° of each
     other, falls that are earlier in this cube, and falls at the same time. ``this_first_or_alone_share_if_any_falls``
@@ -66,9 +66,9 @@ class TwoStoneFallContrast:
     or alone; a case with falls at the same time counts half, so the shares of the two stones add up to 1.
     """
 
-    share_only_this_falls: MeanOverEarthquakes
-    share_only_other_falls: MeanOverEarthquakes
-    share_both_fall: MeanOverEarthquakes
+    share_of_cases_only_this_falls: MeanOverEarthquakes
+    share_of_cases_only_other_falls: MeanOverEarthquakes
+    share_of_cases_both_fall: MeanOverEarthquakes
     same_direction_share_if_both_fall: MeanOverEarthquakes
     this_earlier_share_if_both_fall: MeanOverEarthquakes
     share_of_simultaneous_falls_if_both_fall: MeanOverEarthquakes
@@ -260,7 +260,7 @@ def _fall_azimuths_deg_from_motion_azimuth_if_2d(record_cube: xr.Dataset) -> Flo
 
 def mean_shares_of_two_stone_falls(
     two_stone_fall_counts_by_record: xr.Dataset, earthquake_name_by_record: NDArray[np.str_]
-) -> TwoStoneFallContrast:
+) -> StoneFallComparisonOfTwoCubes:
     """Convert counts of two stones' falls under each record to shares of cases, as means over earthquakes.
 
     The counts are those of `count_falls_of_two_stones`; `earthquake_name_by_record` has each record's earthquake, shape
@@ -291,7 +291,7 @@ def mean_shares_of_two_stone_falls(
     this, other, both = (
         mean_ratio_of_counts_over_earthquakes(name, "cases") for name in ("only_this", "only_other", "both")
     )
-    return TwoStoneFallContrast(
+    return StoneFallComparisonOfTwoCubes(
         this,
         other,
         both,

@@ -46,7 +46,7 @@ class IllustrativeCase(NamedTuple):
     """Coordinates of the block, by dimension of the model."""
     panel_azimuths_deg: tuple[float, ...]
     """Azimuth or orientation of each panel, degrees."""
-    panel_variants: tuple[str, ...] = ()
+    variant_name_by_panel: tuple[str, ...] = ()
     """Variant of each panel; empty if all panels are of the study itself."""
 
 
@@ -57,7 +57,7 @@ class BestExampleCaseOfRecord(NamedTuple):
     """
 
     score: tuple[float, ...]
-    block_grid_indices: Sequence[int]
+    block_index_by_dimension: Sequence[int]
     """Positions along the dimensions of the block."""
     azimuth_or_orientation_index_by_panel: tuple[int, ...]
     """Position along the direction of each panel."""
@@ -274,7 +274,7 @@ def _illustrative_case_from_best(
     model = default_model_for_results_cube(cube)
     block = {
         name: float(cube[name].values[at])
-        for name, at in zip(model.case_dims_without_direction, best_case.block_grid_indices, strict=True)
+        for name, at in zip(model.case_dims_without_direction, best_case.block_index_by_dimension, strict=True)
     }
     directions = cube[model.direction_dimension_name].values[distinct_direction_indices]
     angles = tuple(float(directions[at]) for at in best_case.azimuth_or_orientation_index_by_panel)
@@ -361,7 +361,7 @@ def clearest_case_with_differing_outcomes(
             case = _illustrative_case_from_best(
                 first_cube, rule, *best[rule.case_title], distinct_direction_indices=cells
             )
-            return case._replace(panel_azimuths_deg=2 * case.panel_azimuths_deg, panel_variants=variant_names)
+            return case._replace(panel_azimuths_deg=2 * case.panel_azimuths_deg, variant_name_by_panel=variant_names)
     return None
 
 

@@ -55,7 +55,7 @@ class MeanDirectionWithInterval:
 
 def significant_mean_direction_resultant_and_test(
     azimuths_deg: ArrayLike,
-    azimuth_recording_step_deg: ArrayLike = 0.0,
+    fall_azimuth_recording_step_deg: ArrayLike = 0.0,
     *,
     axial: bool = False,
     confidence_level: float = 0.95,
@@ -74,14 +74,14 @@ def significant_mean_direction_resultant_and_test(
         test = StatisticalTestResult("Rayleigh", angle.size, resultant, p_value)
     else:
         vectors = np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))
-        test = rayleigh_test_by_random_rotation(*vectors, fold * np.asarray(azimuth_recording_step_deg))
+        test = rayleigh_test_by_random_rotation(*vectors, fold * np.asarray(fall_azimuth_recording_step_deg))
     clear = test.p_value <= 1 - confidence_level and resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION
     return mean if clear else math.nan, resultant, test
 
 
 def mean_direction_with_interval(
     azimuths_deg: ArrayLike,
-    azimuth_recording_step_deg: ArrayLike = 0.0,
+    fall_azimuth_recording_step_deg: ArrayLike = 0.0,
     *,
     axial: bool = False,
     confidence_level: float = 0.95,
@@ -105,7 +105,7 @@ def mean_direction_with_interval(
     ----------
     azimuths_deg : array_like, shape (n,)
         Azimuths, degrees clockwise from north.
-    azimuth_recording_step_deg : array_like, shape (n,) or ()
+    fall_azimuth_recording_step_deg : array_like, shape (n,) or ()
         Step in which each azimuth is recorded, degrees, a divisor of 180: 45 for eight compass points; 0 without steps.
     axial : bool
         True if opposite azimuths are the same.
@@ -118,13 +118,13 @@ def mean_direction_with_interval(
     fold = 2 if axial else 1
     vectors = np.column_stack([np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))])
     mean, resultant, test = significant_mean_direction_resultant_and_test(
-        angle, azimuth_recording_step_deg, axial=axial, confidence_level=confidence_level
+        angle, fall_azimuth_recording_step_deg, axial=axial, confidence_level=confidence_level
     )
     if math.isnan(mean):
         return MeanDirectionWithInterval(angle.size, math.nan, math.nan, resultant, test)
     half = _half_width_of_mean_deg(vectors, fold * mean, resultant, confidence_level, bootstrap_sample_count)
     half += _rounding_error_bound_of_mean_deg(
-        fold * angle, fold * np.broadcast_to(azimuth_recording_step_deg, angle.shape)
+        fold * angle, fold * np.broadcast_to(fall_azimuth_recording_step_deg, angle.shape)
     )
     return MeanDirectionWithInterval(angle.size, mean, half / fold, resultant, test)
 

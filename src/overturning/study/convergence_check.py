@@ -105,7 +105,7 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
         rerun_case_count=count,
         rerun_cases_at_rest=int(case_sample.is_below_rocking_and_sliding_thresholds[:count].sum()),
         study_cell_count=len(records) * runs.grid.case_count,
-        simulated_study_cell_count=case_sample.simulated_case_count_of_study,
+        simulated_study_cell_count=case_sample.study_case_count_without_symmetry_copies,
         study_block_steps=case_sample.block_time_step_count_of_whole_study,
         max_cost_relative_to_study=settings.cost,
         time_step_refinement=TIME_STEP_DIVISOR_OF_FINER_RERUN,
@@ -158,7 +158,7 @@ class _CaseReruns:
     ) -> bool:
         """Rerun as many cases as a number of block time steps permits; return False if cases cannot be computed."""
         most = len(self.sample.record_indices)
-        size = min(PILOT_CASE_COUNT, most, max(self.sample.simulated_case_count_of_study // 12, 1))
+        size = min(PILOT_CASE_COUNT, most, max(self.sample.study_case_count_without_symmetry_copies // 12, 1))
         while size > 0:
             done = len(self.rerun_outcomes_by_kind[rerun_kind]) + size
             if not self.rerun_first_cases_unless_refused(rerun_kind, done):
@@ -248,7 +248,9 @@ class _CaseReruns:
         """Rerun all cases of the sample with the exact rigid block, and count the outcomes that differ."""
         every = np.arange(len(self.sample.record_indices))
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))
-        return RigidComparison(non_sliding_block_cells=self.sample.simulated_case_count_of_study, **found.model_dump())
+        return RigidComparison(
+            non_sliding_block_cells=self.sample.study_case_count_without_symmetry_copies, **found.model_dump()
+        )
 
     def count_finer_step_changes_by_record(
         self, count_of_first_sample_cases: int, record_ids: Sequence[str]

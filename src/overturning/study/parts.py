@@ -28,7 +28,7 @@ class SweepChunk:
     """Chunk (one job's part) of the cases of a record: its number, and the number of chunks of the record."""
 
     number_from_1: int = 1
-    chunk_count: int = 1
+    chunk_count_of_record: int = 1
 
     @classmethod
     def parse(cls, chunk_number_of_count_text: str) -> Self:
@@ -42,7 +42,7 @@ class SweepChunk:
         return cls(int(found[1]), int(found[2]))
 
     def __str__(self) -> str:
-        return f"{self.number_from_1}-of-{self.chunk_count}"
+        return f"{self.number_from_1}-of-{self.chunk_count_of_record}"
 
 
 SINGLE_CHUNK_OF_RECORD: Final = SweepChunk()
@@ -82,7 +82,9 @@ def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str 
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
-    return grid.copy_with_dimension_values(**{name: directions[number % chunk.chunk_count == chunk.number_from_1 - 1]})
+    return grid.copy_with_dimension_values(
+        **{name: directions[number % chunk.chunk_count_of_record == chunk.number_from_1 - 1]}
+    )
 
 
 def write_outcome_file_of_chunk(

@@ -46,7 +46,9 @@ class RandomCaseSample:
     fall_direction_statistics_weight: NDArray[
         np.float64
     ]  # weight of a fall in direction statistics (`case_weight_in_direction_statistics`), shape (n,)
-    simulated_case_count_of_study: int  # number of cases of the study that were computed, not copied by symmetry
+    study_case_count_without_symmetry_copies: (
+        int  # number of cases of the study that were computed, not copied by symmetry
+    )
     block_time_step_count_of_whole_study: int  # of the whole study
 
 

@@ -134,14 +134,14 @@ class StudyToSceneSizeConversion:
     scene_b_over_h_if_study_reference_differs: float | None = (
         None  # set if the study's B/H are of another reference element
     )
-    b_over_h_decimal_places: int | None = 12  # to which B/H is rounded; None: not rounded (default scene)
+    converted_b_over_h_decimal_places: int | None = 12  # to which B/H is rounded; None: not rounded (default scene)
 
     @classmethod
     def for_variant(cls, study: Study, variant: str) -> "StudyToSceneSizeConversion":
         """Create the conversion of stone sizes from a study to a variant; both scenes are scaled by the same factor."""
         scene = settings_changed_by_variant(study, variant).scene or study.scene
         if scene == study.scene:
-            return cls(b_over_h_decimal_places=None if scene == gravestone() else 12)
+            return cls(converted_b_over_h_decimal_places=None if scene == gravestone() else 12)
         own_height, own_ratio = reference_element_height_and_b_over_h(scene)
         factor = own_height / reference_element_height_and_b_over_h(study.scene)[0]
         return cls(
@@ -170,8 +170,8 @@ class StudyToSceneSizeConversion:
             )
         return (
             study_b_over_h_by_case
-            if self.b_over_h_decimal_places is None
-            else np.round(study_b_over_h_by_case, self.b_over_h_decimal_places)
+            if self.converted_b_over_h_decimal_places is None
+            else np.round(study_b_over_h_by_case, self.converted_b_over_h_decimal_places)
         )
 
 

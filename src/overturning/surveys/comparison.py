@@ -93,9 +93,9 @@ class SurveyPredictionComparison:
     confusion_matrix : ndarray, shape (5, 5), or None
         Stones with known face and B/H and a computed outcome: observed (rows) and most probable (columns) sides, in the
         order of `STANDING_OR_FALL_SIDES`.
-    falls_without_face_or_b_over_h : int
+    known_direction_falls_without_face_or_b_over_h : int
         Stones that fell in a known direction without face or B/H; all orientations are assumed for them.
-    falls_without_face_azimuth, falls_without_b_over_h : int
+    known_direction_falls_without_face_azimuth, known_direction_falls_without_b_over_h : int
         Stones that fell in a known direction without face azimuth, or without B/H.
     falls_without_direction : int
         Fallen stones with unknown direction; they count in `fallen`, but in no statistic of directions.
@@ -107,16 +107,16 @@ class SurveyPredictionComparison:
         Stones with a height outside the grid of the study; their `computed_fall_share` is that of the nearest height.
     assumed_random_fall_direction_share : float
         Assumed share of stones that fall in a random direction.
-    falls_without_any_computed_fall : int
+    known_direction_falls_without_any_computed_fall : int
         Stones that fell in a known direction although no such stone falls in the study; their predicted direction is
         uniform.
     stones_without_computed_outcome : int
         Stones without a computed outcome, although their B/H is not far outside the grid: no block of this B/H has one.
         Like those of `stones_far_outside_b_over_h_grid`, they do not count in `computed_fall_share` and
         `confusion_matrix`.
-    falls_without_computed_outcome : int
+    known_direction_falls_without_computed_outcome : int
         Stones of `stones_without_computed_outcome` that fell in a known direction, which is predicted at random.
-    falls_without_prediction : int
+    known_direction_falls_without_prediction : int
         Stones of `stones_without_computed_outcome` and `stones_far_outside_b_over_h_grid` that fell in a known
         direction.
     """
@@ -141,18 +141,18 @@ class SurveyPredictionComparison:
     exact_azimuth_watson_u2_test: StatisticalTestResult
     octant_uniformity_test: StatisticalTestResult
     confusion_matrix: StoredIntegerArray | None
-    falls_without_face_or_b_over_h: int
-    falls_without_face_azimuth: int
-    falls_without_b_over_h: int
+    known_direction_falls_without_face_or_b_over_h: int
+    known_direction_falls_without_face_azimuth: int
+    known_direction_falls_without_b_over_h: int
     falls_without_direction: int
     stones_outside_b_over_h_grid: int
     stones_outside_height_grid: int
     assumed_random_fall_direction_share: float
-    falls_without_any_computed_fall: int = 0
+    known_direction_falls_without_any_computed_fall: int = 0
     stones_far_outside_b_over_h_grid: int = 0
     stones_without_computed_outcome: int = 0
-    falls_without_computed_outcome: int = 0
-    falls_without_prediction: int = 0
+    known_direction_falls_without_computed_outcome: int = 0
+    known_direction_falls_without_prediction: int = 0
 
     @property
     def fallen_count_in_known_direction(self) -> int:
@@ -179,7 +179,7 @@ def compare_survey_with_prediction(
     cube: xr.Dataset,
     *,
     results_cube_by_site: Mapping[str, xr.Dataset] | None = None,
-    random_outcome_share: float = RANDOM_OUTCOME_SHARE,
+    random_outcome_stone_share: float = RANDOM_OUTCOME_SHARE,
     random_survey_count: int = RANDOM_SURVEYS_PER_P_VALUE,
     random_survey_seed: int = 1,
 ) -> SurveyPredictionComparison:
@@ -189,7 +189,7 @@ def compare_survey_with_prediction(
     ----------
     stones : sequence of Stone
         Stones from `read_counted_stones`.
-    cube, results_cube_by_site, random_outcome_share
+    cube, results_cube_by_site, random_outcome_stone_share
         As in `SurveyFallPrediction`.
     random_survey_count, random_survey_seed : int
         Number and seed of random surveys for the p-values of the likelihood ratio, and of
@@ -203,7 +203,9 @@ def compare_survey_with_prediction(
     """
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
-    predictions = SurveyFallPrediction(cube, results_cube_by_site, random_outcome_share=random_outcome_share)
+    predictions = SurveyFallPrediction(
+        cube, results_cube_by_site, random_outcome_stone_share=random_outcome_stone_share
+    )
     site = predictions.default_prediction  # sectors and octants are the same at all sites
     fallen = _stones_fallen_in_known_direction_with_predictions(predictions, stones)
     uniform_octant = site.octant_probabilities_from_sectors(site.share)
@@ -235,7 +237,7 @@ def compare_survey_with_prediction(
         ),
         octant_uniformity_test=watson_u2_test_of_sectors(observed, uniform_octant),
         confusion_matrix=_confusion_matrix_of_standing_and_fall_sides(predictions, stones),
-        assumed_random_fall_direction_share=random_outcome_share,
+        assumed_random_fall_direction_share=random_outcome_stone_share,
     )
 
 
@@ -292,13 +294,13 @@ def _stone_counts_as_comparison_attributes(
     return {
         "fallen": count_stones_with(lambda stone: stone.fell),
         "stood": count_stones_with(lambda stone: not stone.fell),
-        "falls_without_face_or_b_over_h": count_stones_with(
+        "known_direction_falls_without_face_or_b_over_h": count_stones_with(
             lambda stone: stone.fell_in_known_direction and not has_known_face_and_b_over_h(stone)
         ),
-        "falls_without_face_azimuth": count_stones_with(
+        "known_direction_falls_without_face_azimuth": count_stones_with(
             lambda stone: stone.fell_in_known_direction and math.isnan(stone.face_azimuth_deg)
         ),
-        "falls_without_b_over_h": count_stones_with(
+        "known_direction_falls_without_b_over_h": count_stones_with(
             lambda stone: stone.fell_in_known_direction and math.isnan(stone.b_over_h_in_both_planes[0])
         ),
         "falls_without_direction": count_stones_with(lambda stone: stone.fell and not stone.fell_in_known_direction),
@@ -307,17 +309,17 @@ def _stone_counts_as_comparison_attributes(
             lambda stone: predictions.site_prediction_for_stone(stone).has_b_over_h_far_outside_grid(stone)
         ),
         "stones_outside_height_grid": count_stones_with(predictions.default_prediction.has_height_outside_grid),
-        "falls_without_any_computed_fall": count_stones_with(
+        "known_direction_falls_without_any_computed_fall": count_stones_with(
             lambda stone: (
                 stone.fell_in_known_direction
                 and predictions.site_prediction_for_stone(stone).no_simulated_block_like_stone_falls(stone)
             )
         ),
         "stones_without_computed_outcome": count_stones_with(lacks_computed_outcome_although_near_grid),
-        "falls_without_computed_outcome": count_stones_with(
+        "known_direction_falls_without_computed_outcome": count_stones_with(
             lambda stone: stone.fell_in_known_direction and lacks_computed_outcome_although_near_grid(stone)
         ),
-        "falls_without_prediction": count_stones_with(
+        "known_direction_falls_without_prediction": count_stones_with(
             lambda stone: (
                 stone.fell_in_known_direction
                 and not predictions.site_prediction_for_stone(stone).has_known_fall_probability(stone)

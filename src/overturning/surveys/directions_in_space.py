@@ -35,7 +35,7 @@ class FallDirectionComparisonIn3D:
     ----------
     fallen_in_known_direction : int
         Number of stones that fell in a known direction.
-    falls_without_any_computed_fall, falls_without_computed_outcome : int
+    known_direction_falls_without_any_computed_fall, known_direction_falls_without_computed_outcome : int
         Number of these stones for which no similar computed stone falls, and for which no similar computed stone has
         an outcome; the prediction assumes a random direction.
     observed_mean_direction_deg, observed_resultant_length : float
@@ -54,8 +54,8 @@ class FallDirectionComparisonIn3D:
     """
 
     fallen_in_known_direction: int
-    falls_without_any_computed_fall: int
-    falls_without_computed_outcome: int
+    known_direction_falls_without_any_computed_fall: int
+    known_direction_falls_without_computed_outcome: int
     observed_mean_direction_deg: StoredFloatOrNan
     observed_resultant_length: StoredFloatOrNan
     predicted_mean_direction_deg: StoredFloatOrNan
@@ -128,8 +128,8 @@ def compare_fall_directions(
         return None
     return FallDirectionComparisonIn3D(
         fallen_in_known_direction=len(fallen),
-        falls_without_any_computed_fall=never,
-        falls_without_computed_outcome=without_outcome,
+        known_direction_falls_without_any_computed_fall=never,
+        known_direction_falls_without_computed_outcome=without_outcome,
         assumed_random_fall_direction_share=random_fall_direction_share,
         **compare_observed_and_predicted_directions(
             FALL_DIRECTION_SECTORS, fallen, RANDOM_SURVEYS_PER_P_VALUE, random_survey_seed

@@ -70,7 +70,7 @@ class ObservedAndComputedStatistic:
 
 
 @dataclass(frozen=True)
-class DisplacementComparison:
+class FallAndDisplacementComparison:
     """Comparison of the observed falls, shifts and twists of stones with the computed ones.
 
     Attributes
@@ -83,7 +83,7 @@ class DisplacementComparison:
         Standing stones for which no similar computed stone stands; their displacements are not compared.
     stones_without_computed_outcome : int
         Stones for which no similar computed case has an outcome; they are not compared with computed values.
-    stones_far_outside_shape_grid : int
+    stones_far_outside_b_over_h_or_aspect_range : int
         Stones whose B/H or D/B lies far outside the grid of the study (`has_shape_far_outside_grid`); they are not
         compared with computed values either, and do not count in `stones_without_computed_outcome`.
     compared_statistics : tuple of ObservedAndComputedStatistic
@@ -98,7 +98,7 @@ class DisplacementComparison:
     standing_stones_without_standing_simulation: int
     compared_statistics: tuple[ObservedAndComputedStatistic, ...]
     stones_without_computed_outcome: int = 0
-    stones_far_outside_shape_grid: int = 0
+    stones_far_outside_b_over_h_or_aspect_range: int = 0
     fall_direction_comparison: FallDirectionComparisonIn3D | None = None
 
 
@@ -113,10 +113,10 @@ class StoredDisplacementComparison:
     survey_file_name: str
     sha256: str
     record: str
-    all_sites_comparison: DisplacementComparison
+    all_sites_comparison: FallAndDisplacementComparison
     survey_warnings: tuple[str, ...] = ()
     survey_file_comments: tuple[str, ...] = ()
-    comparisons_by_site: tuple[tuple[str, DisplacementComparison], ...] = ()
+    comparisons_by_site: tuple[tuple[str, FallAndDisplacementComparison], ...] = ()
     soil_by_site: tuple[tuple[str, SoilBelowSurveySite], ...] = ()
 
 
@@ -168,7 +168,7 @@ def compare_falls_shifts_and_twists(
     results_cube_by_site: Mapping[str, xr.Dataset] | None = None,
     *,
     random_fall_direction_share: float = RANDOM_OUTCOME_SHARE,
-) -> DisplacementComparison:
+) -> FallAndDisplacementComparison:
     """Compare the falls, shifts and twists of stones with those of similar stones in a 3-D study.
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
@@ -223,7 +223,7 @@ def compare_falls_shifts_and_twists(
             standing.append(cells._replace(weight=one.stone.stone_count * cells.weight))
     joined = (np.concatenate(parts) for parts in zip(*standing, strict=True))
     computed = _SimulatedCasesResemblingStones(*joined) if standing else None
-    return DisplacementComparison(
+    return FallAndDisplacementComparison(
         fell=sum(one.stone.stone_count for one in observed if one.stone.fell),
         stood=sum(one.stone.stone_count for one in observed if not one.stone.fell),
         similar_computed_case_count=sum(int(mask.sum()) for mask in used.values()),
@@ -233,7 +233,7 @@ def compare_falls_shifts_and_twists(
             *_compare_shifts_and_twists_of_standing_stones(observed, computed),
         ),
         stones_without_computed_outcome=without_outcome,
-        stones_far_outside_shape_grid=beyond,
+        stones_far_outside_b_over_h_or_aspect_range=beyond,
         fall_direction_comparison=compare_fall_directions(
             [one.stone for one in observed], fall_azimuths, random_fall_direction_share=random_fall_direction_share
         ),

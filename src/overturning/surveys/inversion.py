@@ -60,14 +60,14 @@ class SurveyInversion:
     ----------
     stone_outcome_probabilities : StoneOutcomeProbabilities
         Probabilities of the outcomes of all kinds of stones of the surveys, for each candidate motion.
-    random_outcome_share : float
+    random_outcome_stone_share : float
         Share of stones with a random outcome (pushed, badly founded).
     fixed_stone_share : float
         Share of stones fixed to their base, which always stand.
     """
 
     stone_outcome_probabilities: StoneOutcomeProbabilities
-    random_outcome_share: float = RANDOM_OUTCOME_SHARE
+    random_outcome_stone_share: float = RANDOM_OUTCOME_SHARE
     fixed_stone_share: float = 0.0
 
     def outcome_probabilities(
@@ -102,10 +102,10 @@ class SurveyInversion:
             ),
         ]
         free = (
-            1 - self.random_outcome_share
-        ) * seen + self.random_outcome_share * half_standing_outcome_probabilities()[requested_outcome_indices].astype(
-            np.float32
-        )
+            1 - self.random_outcome_stone_share
+        ) * seen + self.random_outcome_stone_share * half_standing_outcome_probabilities()[
+            requested_outcome_indices
+        ].astype(np.float32)
         return np.asarray(
             (1 - self.fixed_stone_share) * free
             + np.float32(self.fixed_stone_share) * (requested_outcome_indices == STANDING_OUTCOME_INDEX)

@@ -60,15 +60,15 @@ class ObservedOutcomesAndFallDirections:
 class SurveySummary:
     """Summary of a survey: outcomes and fall directions of all stones together, and by site if there are several.
 
-    ``falls_by_site`` is empty if there is only one site.
+    ``outcomes_by_site`` is empty if there is only one site.
 
     ``distinct_magnetic_declinations_deg`` are the different magnetic declinations that were added to directions,
     ascending.
     """
 
     survey_file_name: str
-    falls_at_all_sites: ObservedOutcomesAndFallDirections
-    falls_by_site: tuple[ObservedOutcomesAndFallDirections, ...] = ()
+    outcomes_at_all_sites: ObservedOutcomesAndFallDirections
+    outcomes_by_site: tuple[ObservedOutcomesAndFallDirections, ...] = ()
     warnings: tuple[str, ...] = ()
     distinct_magnetic_declinations_deg: tuple[float, ...] = field(default=())
 

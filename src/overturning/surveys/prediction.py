@@ -27,7 +27,7 @@ class SiteFallPrediction(AzimuthSectors):
     ----------
     cube_of_one_record : Dataset
         Cube of one record; heights and frictions (and B/H for stones without one) have equal weight.
-    random_outcome_share : float
+    random_outcome_stone_share : float
         See `RANDOM_OUTCOME_SHARE`.
 
     Raises
@@ -36,21 +36,23 @@ class SiteFallPrediction(AzimuthSectors):
         If the cube has several records or is from the 3-D model, or the background is not between 0 and 1.
     """
 
-    def __init__(self, cube_of_one_record: xr.Dataset, *, random_outcome_share: float = RANDOM_OUTCOME_SHARE) -> None:
+    def __init__(
+        self, cube_of_one_record: xr.Dataset, *, random_outcome_stone_share: float = RANDOM_OUTCOME_SHARE
+    ) -> None:
         if cube_of_one_record.sizes.get("record", 1) != 1:
             raise ArgumentError(
                 f"cube: {cube_of_one_record.sizes['record']} records; a survey belongs to one site, so name its record "
                 "(--record)"
             )
-        if not 0 <= random_outcome_share < 1:
-            raise ArgumentError(f"background: {random_outcome_share}; a share from 0 to below 1")
+        if not 0 <= random_outcome_stone_share < 1:
+            raise ArgumentError(f"background: {random_outcome_stone_share}; a share from 0 to below 1")
         if "azimuth" not in cube_of_one_record.dims:
             raise ArgumentError(
                 "cube: of 3-D bodies, next to one of a 2-D study; give --cube and each --site-cube of one kind"
             )
         site = cube_of_one_record.isel(record=0) if "record" in cube_of_one_record.dims else cube_of_one_record
         dims = ("azimuth", "b_over_h", "height", "friction")
-        self.random_outcome_share = random_outcome_share
+        self.random_outcome_stone_share = random_outcome_stone_share
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.height: FloatArray = site["height"].values.astype(np.float64)
         super().__init__(fall_counts_towards_azimuths(site)["azimuth"].values.astype(np.float64))
@@ -157,7 +159,7 @@ class SiteFallPrediction(AzimuthSectors):
         if directed.any() and not total > 0:
             self._b_over_h_keys_without_falls.add(of)
         model = mass / total if total > 0 else self.share
-        found = np.asarray((1 - self.random_outcome_share) * model + self.random_outcome_share * self.share)
+        found = np.asarray((1 - self.random_outcome_stone_share) * model + self.random_outcome_stone_share * self.share)
         self._sector_probabilities_by_b_over_h_key[of] = found
         return found
 
@@ -196,7 +198,7 @@ class SiteFallPrediction(AzimuthSectors):
         )[:, 0]
         if not np.isfinite(model).all():
             return blind
-        return np.asarray((1 - self.random_outcome_share) * model + self.random_outcome_share * blind)
+        return np.asarray((1 - self.random_outcome_stone_share) * model + self.random_outcome_stone_share * blind)
 
     def _simulated_standing_and_side_probabilities(
         self, face_azimuths_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
@@ -204,7 +206,7 @@ class SiteFallPrediction(AzimuthSectors):
         """Return probabilities of standing and of a fall to each side, shape (5, face azimuths).
 
         The probabilities are means over heights and frictions of the cube, without the random outcomes of the share
-        `random_outcome_share`; NaN if unknown.
+        `random_outcome_stone_share`; NaN if unknown.
         """
         return _mean_of_known_values(
             self._outcome_probabilities_by_height_and_friction(face_azimuths_deg, b_over_h_in_both_planes),
@@ -252,7 +254,7 @@ class SiteFallPrediction(AzimuthSectors):
     def fall_probability_by_height_and_friction(self, stone: Stone) -> FloatArray:
         """Return the probability that a stone falls, for each simulated height and friction.
 
-        Random outcomes, of the share `random_outcome_share`, are not included.
+        Random outcomes, of the share `random_outcome_stone_share`, are not included.
 
         For a stone of known height, the probability is interpolated between the heights with an outcome; outside this
         range it is that of the nearest height. A stone without face azimuth has the mean over all face
@@ -302,7 +304,7 @@ class SurveyFallPrediction:
         Cube of one record, for the stones of all sites that are not in `results_cube_by_site`.
     results_cube_by_site : mapping of str to Dataset, optional
         Cubes for the stones of single sites, by name of the site: those of the motions at their surfaces.
-    random_outcome_share : float
+    random_outcome_stone_share : float
         See `RANDOM_OUTCOME_SHARE`.
 
     Raises
@@ -316,11 +318,11 @@ class SurveyFallPrediction:
         cube: xr.Dataset,
         results_cube_by_site: Mapping[str, xr.Dataset] | None = None,
         *,
-        random_outcome_share: float = RANDOM_OUTCOME_SHARE,
+        random_outcome_stone_share: float = RANDOM_OUTCOME_SHARE,
     ) -> None:
-        self.default_prediction = SiteFallPrediction(cube, random_outcome_share=random_outcome_share)
+        self.default_prediction = SiteFallPrediction(cube, random_outcome_stone_share=random_outcome_stone_share)
         self._prediction_by_site = {
-            site: SiteFallPrediction(one, random_outcome_share=random_outcome_share)
+            site: SiteFallPrediction(one, random_outcome_stone_share=random_outcome_stone_share)
             for site, one in (results_cube_by_site or {}).items()
         }
         for site, one in self._prediction_by_site.items():

@@ -79,7 +79,7 @@ class Stone:
         The direction was given as one of 16 compass points, so it is known to ±11.25°.
     site, name : str
         Cemetery, and name of the stone; "" where not given.
-    azimuth_recording_step_deg : float
+    fall_azimuth_recording_step_deg : float
         Step in which the survey's directions in degrees are recorded, degrees; 0 if finer than whole degrees.
     """
 
@@ -96,7 +96,7 @@ class Stone:
     has_16_point_direction: bool = False
     site: str = ""
     name: str = ""
-    azimuth_recording_step_deg: float = 0.0
+    fall_azimuth_recording_step_deg: float = 0.0
 
     @property
     def fell_in_known_direction(self) -> bool:
@@ -111,7 +111,7 @@ class Stone:
     @property
     def direction_recording_step_deg(self) -> float:
         """Step, degrees, in which the fall direction is recorded: 45 for an octant, 22.5 for a compass point (NNE)."""
-        return 2.0 * self.direction_uncertainty_half_width_deg or self.azimuth_recording_step_deg
+        return 2.0 * self.direction_uncertainty_half_width_deg or self.fall_azimuth_recording_step_deg
 
     @property
     def b_over_h_in_both_planes(self) -> tuple[float, float]:
@@ -142,9 +142,9 @@ class SurveyTable:
     notes, warnings, leading_comments : tuple of str
         Notes on columns and stones that are not used; warnings about units and repeated stones; comment lines at the
         start of the file.
-    compass_points_are_octants : bool
+    uses_only_eight_compass_points : bool
         True if the compass points in ``azimuth_deg`` are only N, NE, E, …, so that they are known to ±22.5°.
-    azimuth_recording_step_deg : float
+    fall_azimuth_recording_step_deg : float
         Step in which fall directions in degrees are recorded, see `largest_usual_step_dividing_azimuths_deg`.
     """
 
@@ -153,8 +153,8 @@ class SurveyTable:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     leading_comments: tuple[str, ...] = ()
-    compass_points_are_octants: bool = False
-    azimuth_recording_step_deg: float = 0.0
+    uses_only_eight_compass_points: bool = False
+    fall_azimuth_recording_step_deg: float = 0.0
 
     @property
     def counted_stones(self) -> list[Stone]:
@@ -170,8 +170,8 @@ class SurveyTable:
         """Return a table with the rows of one site only."""
         return SurveyTable(
             self.survey_file_name, tuple((line, row) for line, row in self.rows if row.site == site_name),
-            compass_points_are_octants=self.compass_points_are_octants,
-            azimuth_recording_step_deg=self.azimuth_recording_step_deg,
+            uses_only_eight_compass_points=self.uses_only_eight_compass_points,
+            fall_azimuth_recording_step_deg=self.fall_azimuth_recording_step_deg,
         )  # fmt: skip
 
     def count_stones(self, condition: Callable[[SurveyRow], bool]) -> int:
@@ -185,13 +185,14 @@ class SurveyTable:
         """
         fell, north = row.counted_as == "fell", row.magnetic_declination_deg
         azimuth, wind = row.fall_direction
-        by_octant = row.octant is not None or (wind is not None and self.compass_points_are_octants)
+        by_octant = row.octant is not None or (wind is not None and self.uses_only_eight_compass_points)
         return Stone(
             fell=fell, fall_azimuth_deg=_normalise_azimuth_deg(azimuth + north) if fell else math.nan,
             has_octant_direction=by_octant and fell, has_16_point_direction=wind is not None and not by_octant and fell,
             face_azimuth_deg=_normalise_azimuth_deg(row.face_azimuth_deg.azimuth_deg + north), line_number=line_number,
             height_m=row.height_m, site=row.site, name=row.stone,
-            azimuth_recording_step_deg=self.azimuth_recording_step_deg, stone_count=row.count, b_over_h=row.b_over_h,
+            fall_azimuth_recording_step_deg=self.fall_azimuth_recording_step_deg, stone_count=row.count,
+            b_over_h=row.b_over_h,
             b_over_h_side=row.b_over_h_side, has_round_plan=row.round,
         )  # fmt: skip
 
@@ -298,7 +299,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     step = largest_usual_step_dividing_azimuths_deg(
         [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.index_in_16_compass_points is None]
     )
-    faults += list(_errors_of_octants_with_large_declination(rows, compass_points_are_octants=octants))
+    faults += list(_errors_of_octants_with_large_declination(rows, uses_only_eight_compass_points=octants))
     if not table.rows and not faults:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     if faults:
@@ -382,12 +383,12 @@ def _is_label_of_totals_row(standard_column_name: str, cell_text: str) -> bool:
 
 
 def _errors_of_octants_with_large_declination(
-    line_numbers_and_survey_rows: list[tuple[int, SurveyRow]], *, compass_points_are_octants: bool
+    line_numbers_and_survey_rows: list[tuple[int, SurveyRow]], *, uses_only_eight_compass_points: bool
 ) -> Iterator[tuple[int, str]]:
     """Yield line number and error message for each octant that a large declination makes ambiguous."""
     for line, row in line_numbers_and_survey_rows:
         by_compass_point = row.fall_direction.index_in_16_compass_points is not None
-        by_octant = row.octant is not None or (by_compass_point and compass_points_are_octants)
+        by_octant = row.octant is not None or (by_compass_point and uses_only_eight_compass_points)
         if by_octant and abs(row.magnetic_declination_deg) > _MAX_DECLINATION_FOR_OCTANTS_DEG:
             yield (
                 line,

@@ -23,7 +23,7 @@ from overturning.dem.block.state import (
     CornerEquationTerms,
     CornerPredictedAtStepEnd,
     CornerState,
-    PredictedCornerForceAndSlidingFlag,
+    PredictedCornerForceAndAssumedSlidingFlag,
     SignedFrictionCoefficientOrZeroIfSticking,
     corner_x_and_depth_from_centre,
 )
@@ -33,9 +33,7 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine_by_small_angle
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = (
-    BLOCK_STEP_CONTROL.max_step_using_predicted_forces_in_shortest_steps
-)
+LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = BLOCK_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
 
 MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25
 """Least effect of a normal force on a sliding corner, as a share of its effect on a free particle; below, it sticks."""
@@ -126,12 +124,12 @@ def predict_normal_force_per_mass_and_contact(
     block: BlockConstants,
     predicted_corner: CornerPredictedAtStepEnd,
     previous_corner: CornerState,
-    uses_predicted_forces_instead_of_last_step: bool,
+    uses_predicted_forces_for_contact_and_sliding: bool,
     is_flat_landing: bool,
 ) -> tuple[float, bool]:
     """Return the predicted normal force at a corner per block mass (m/s²), and True if the corner is in contact.
 
-    In a step that resolves the contact vibration (`uses_predicted_forces_instead_of_last_step`), the predicted force
+    In a step that resolves the contact vibration (`uses_predicted_forces_for_contact_and_sliding`), the predicted force
     decides about contact. In a longer step this force would be too large; a corner that was in contact after the last
     step stays in contact.
     """
@@ -140,7 +138,7 @@ def predict_normal_force_per_mass_and_contact(
         - block.dashpot_constant_per_mass * predicted_corner.velocity_z
     )
     return n, ((is_flat_landing | (n > 0.0)) & (predicted_corner.penetration > 0.0)) | (
-        (not uses_predicted_forces_instead_of_last_step) & (previous_corner.normal_force_per_mass != 0.0)
+        (not uses_predicted_forces_for_contact_and_sliding) & (previous_corner.normal_force_per_mass != 0.0)
     )
 
 
@@ -150,7 +148,7 @@ def predict_corner_tangential_force_and_sliding(
     predicted_corner: CornerPredictedAtStepEnd,
     normal_force_per_mass: float,
     assumed_contact: AssumedCornerContact,
-) -> PredictedCornerForceAndSlidingFlag:
+) -> PredictedCornerForceAndAssumedSlidingFlag:
     """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
 
     In a step that resolves the contact vibration, sliding is predicted from the forces. A longer step assumes the
@@ -162,7 +160,7 @@ def predict_corner_tangential_force_and_sliding(
     """
     slid, fine = (
         assumed_contact.signed_mu_or_zero_if_sticking,
-        assumed_contact.uses_predicted_forces_instead_of_last_step,
+        assumed_contact.uses_predicted_forces_for_contact_and_sliding,
     )
     spring = block.tangential_stiffness_per_mass * predicted_corner.tangential_stretch
     f = spring + block.dashpot_constant_per_mass * predicted_corner.velocity_x
@@ -175,15 +173,17 @@ def predict_corner_tangential_force_and_sliding(
     )
     freedom = 1.0 + block.mass_over_moment_of_inertia * predicted_corner.x_from_centre * (
         predicted_corner.x_from_centre
-        - slid * (assumed_contact.friction_lever_arm_factor * predicted_corner.depth_below_centre)
+        - slid * (assumed_contact.friction_moment_factor * predicted_corner.depth_below_centre)
     )
-    return PredictedCornerForceAndSlidingFlag(f, slides, slid, freedom > MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE)
+    return PredictedCornerForceAndAssumedSlidingFlag(
+        f, slides, slid, freedom > MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE
+    )
 
 
 @njit(**INLINE_OPTIONS)
 def signed_friction_coefficient_and_sliding(
-    corner_friction: PredictedCornerForceAndSlidingFlag,
-    other_corner_friction: PredictedCornerForceAndSlidingFlag,
+    corner_friction: PredictedCornerForceAndAssumedSlidingFlag,
+    other_corner_friction: PredictedCornerForceAndAssumedSlidingFlag,
     other_corner_in_contact: bool,
 ) -> tuple[float, bool]:
     """Return ±μ with the sign of a corner's friction force (0: the corner sticks), and True if the corner slides.
@@ -252,7 +252,7 @@ def solve_velocity_corrections(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,
-    uses_predicted_forces_instead_of_last_step: bool,
+    uses_predicted_forces_for_contact_and_sliding: bool,
     predicted_block: BlockPredictedAtStepEnd,
 ) -> BlockVelocityCorrectionAndCornerFriction:
     """Solve the linear equations of a step, with friction, for the corrections of a block's predicted velocities.
@@ -265,10 +265,10 @@ def solve_velocity_corrections(
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
     nl, on_l = predict_normal_force_per_mass_and_contact(
-        block, left, state.left, uses_predicted_forces_instead_of_last_step, held
+        block, left, state.left, uses_predicted_forces_for_contact_and_sliding, held
     )
     nr, on_r = predict_normal_force_per_mass_and_contact(
-        block, right, state.right, uses_predicted_forces_instead_of_last_step, held
+        block, right, state.right, uses_predicted_forces_for_contact_and_sliding, held
     )
     # A corner in the air has no force, so the last step does not tell whether it slid.
     drifts, drift, tilting = flat_landing_slides_mu_and_moment_factor(
@@ -278,8 +278,8 @@ def solve_velocity_corrections(
     lever_l, lever_r = tilting * drop_l, tilting * drop_r
     mu_l, mu_r = assumed_slip
     fine_l, fine_r = (
-        uses_predicted_forces_instead_of_last_step | (state.left.normal_force_per_mass == 0.0),
-        uses_predicted_forces_instead_of_last_step | (state.right.normal_force_per_mass == 0.0),
+        uses_predicted_forces_for_contact_and_sliding | (state.left.normal_force_per_mass == 0.0),
+        uses_predicted_forces_for_contact_and_sliding | (state.right.normal_force_per_mass == 0.0),
     )
     guess_l = predict_corner_tangential_force_and_sliding(
         block, left, nl, AssumedCornerContact(mu_l, fine_l, held, drifts, drift, tilting)
@@ -330,7 +330,7 @@ def solve_velocity_corrections_without_friction(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,  # noqa: ARG001, as `solve_velocity_corrections`
-    uses_predicted_forces_instead_of_last_step: bool,
+    uses_predicted_forces_for_contact_and_sliding: bool,
     predicted_block: BlockPredictedAtStepEnd,
 ) -> BlockVelocityCorrectionAndCornerFriction:
     """Solve the linear equations of a frictionless step for the corrections of a block's predicted velocities."""
@@ -339,10 +339,10 @@ def solve_velocity_corrections_without_friction(
     arm_l, arm_r = left.x_from_centre, right.x_from_centre
     held = block_lands_flat(block, state, (left.penetration, left.velocity_z), (right.penetration, right.velocity_z))
     nl, on_l = predict_normal_force_per_mass_and_contact(
-        block, left, state.left, uses_predicted_forces_instead_of_last_step, held
+        block, left, state.left, uses_predicted_forces_for_contact_and_sliding, held
     )
     nr, on_r = predict_normal_force_per_mass_and_contact(
-        block, right, state.right, uses_predicted_forces_instead_of_last_step, held
+        block, right, state.right, uses_predicted_forces_for_contact_and_sliding, held
     )
     nl, press_l = zero_velocity_normal_force_and_dimensionless_slope(block, left, half, nl, on_l)
     nr, press_r = zero_velocity_normal_force_and_dimensionless_slope(block, right, half, nr, on_r)

@@ -75,7 +75,7 @@ def corner_forces_new_state_and_contact_changes(
     found, assumed = (
         sign if slips else 0.0,
         0.0
-        if assumed_contact.uses_predicted_forces_instead_of_last_step
+        if assumed_contact.uses_predicted_forces_for_contact_and_sliding
         else assumed_contact.signed_mu_or_zero_if_sticking,
     )
     f = sign * n if slips else f
@@ -84,7 +84,7 @@ def corner_forces_new_state_and_contact_changes(
         if slips
         else stretch
     )
-    lever = assumed_contact.friction_lever_arm_factor * predicted_corner.depth_below_centre
+    lever = assumed_contact.friction_moment_factor * predicted_corner.depth_below_centre
     turning = (predicted_corner.depth_below_centre - lever) * (
         predicted_block.step_end_angular_velocity + velocity_correction.angular_velocity
     )
@@ -121,7 +121,7 @@ def contact_changes_in_block_step(
     block: BlockConstants,
     case_step_control: CaseStepLengthsAndDoublingCounts,
     step_ticks: float,
-    uses_predicted_forces_instead_of_last_step: bool,
+    uses_predicted_forces_for_contact_and_sliding: bool,
     solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
@@ -150,9 +150,9 @@ def contact_changes_in_block_step(
         )
     wrong, back = (
         (left.has_wrong_slip_assumption | right.has_wrong_slip_assumption)
-        & (not uses_predicted_forces_instead_of_last_step),
+        & (not uses_predicted_forces_for_contact_and_sliding),
         (left.friction_sign_changed_in_step | right.friction_sign_changed_in_step)
-        & (not uses_predicted_forces_instead_of_last_step),
+        & (not uses_predicted_forces_for_contact_and_sliding),
     )
     loaded = left.new_corner.normal_force_per_mass + right.new_corner.normal_force_per_mass > 0.0
     slides = (left.signed_mu_or_zero_if_sticking != 0.0) & (right.signed_mu_or_zero_if_sticking != 0.0) & loaded
@@ -172,7 +172,7 @@ def contact_changes_in_block_step(
 @njit(**INLINE_OPTIONS)
 def assumed_signed_friction_for_next_attempt(
     slip_assumed_in_solved_step: SignedFrictionCoefficientOrZeroIfSticking,
-    uses_predicted_forces_instead_of_last_step: bool,
+    uses_predicted_forces_for_contact_and_sliding: bool,
     solved_corners: SolvedCornerContactPair,
     next_attempt_repeats_step: bool,
     keeps_assumption_at_both_corners: bool,
@@ -184,12 +184,12 @@ def assumed_signed_friction_for_next_attempt(
     of_left, of_right = (
         (
             0.0
-            if uses_predicted_forces_instead_of_last_step
+            if uses_predicted_forces_for_contact_and_sliding
             else slip_assumed_in_solved_step.left_signed_mu_or_zero_if_sticking
         ),
         (
             0.0
-            if uses_predicted_forces_instead_of_last_step
+            if uses_predicted_forces_for_contact_and_sliding
             else slip_assumed_in_solved_step.right_signed_mu_or_zero_if_sticking
         ),
     )

@@ -47,7 +47,7 @@ class CornerContactForceAndNewState(NamedTuple):
     """Energy released by the tangential spring, over half its stiffness, m²."""
     non_spring_normal_force_per_mass: float
     """Normal force less that of the spring: the force of the dashpot, m/s²."""
-    inelastic_tangential_force_per_mass: float
+    non_spring_tangential_force_per_mass: float
     """Tangential force less that of the spring: of the dashpot, or of friction beyond the spring, m/s²."""
     extra_spring_moment_in_flat_landing_per_mass: float
     """Moment by which the lever arm of the spring at the corner exceeds `friction_lever_arm`, per mass, m²/s²;
@@ -98,7 +98,7 @@ def corner_contact_force(
             (previous_corner.tangential_stretch + remaining) * (stretch - remaining)
         ),
         non_spring_normal_force_per_mass=n - block.normal_stiffness_per_mass * (depth if inside else 0.0),
-        inelastic_tangential_force_per_mass=f + block.tangential_stiffness_per_mass * remaining,
+        non_spring_tangential_force_per_mass=f + block.tangential_stiffness_per_mass * remaining,
         extra_spring_moment_in_flat_landing_per_mass=(
             block.tangential_stiffness_per_mass * remaining * (drop - tilting * drop)
         ),
@@ -112,7 +112,7 @@ def corner_dashpot_and_friction_power_per_mass(
     """Return the power of a corner's dashpots and friction on the block, per block mass, m²/s³; negative: loss."""
     normal, tangential = (
         corner_force.non_spring_normal_force_per_mass,
-        corner_force.inelastic_tangential_force_per_mass,
+        corner_force.non_spring_tangential_force_per_mass,
     )
     power = normal * (centre_vz - corner_force.x_from_centre * angular_velocity) + tangential * (
         centre_vx - corner_force.friction_lever_arm * angular_velocity

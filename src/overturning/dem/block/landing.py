@@ -65,5 +65,5 @@ def flat_landing_slides_mu_and_moment_factor(
     return (
         slides,
         math.copysign(block.friction, centre_vx),
-        (block.sliding_flat_landing_friction_moment_0_or_1 if slides else 1.0),
+        (block.friction_moment_factor_if_sliding_in_flat_landing if slides else 1.0),
     )

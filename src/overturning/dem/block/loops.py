@@ -44,7 +44,7 @@ class BlockCundallSchemeConstants(NamedTuple):
 
     velocity_lag_behind_position_in_steps: float = 0.5
     """Lag of velocities behind positions, steps."""
-    max_steps_beyond_sample_end: int = 0
+    max_steps_before_next_sample_is_loaded: int = 0
     """Number of steps that may follow the end of a sample before the motion of the next sample must be loaded."""
 
 
@@ -53,7 +53,7 @@ class VelocityLagAndMaxStepsBeyondSampleEnd(NamedTuple):
 
     velocity_lag_behind_position_in_steps: float = 0.0
     """Lag of velocities behind positions, steps."""
-    max_steps_beyond_sample_end: int = 1
+    max_steps_before_next_sample_is_loaded: int = 1
     """Number of steps that may follow the end of a sample; the motion of the next sample is known in advance."""
 
 
@@ -280,12 +280,12 @@ CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME: Final[dict[IntegrationScheme, tuple[Any, A
 
 
 def select_time_stepping_loop(
-    scheme_constants: Any, numba_type_of_upward_acceleration: Any, friction_marker_none_if_frictionless: Any
+    scheme_constants: Any, numba_type_of_upward_acceleration: Any, none_if_all_cases_frictionless: Any
 ) -> Any:
     """Return a scheme's compiled time-stepping loop for blocks, with or without vertical base motion and friction.
 
     `numba_type_of_upward_acceleration` is None for the loop without vertical motion, and
-    `friction_marker_none_if_frictionless` for that without friction. Arguments are the types that Numba has inferred.
+    `none_if_all_cases_frictionless` for that without friction. Arguments are the types that Numba has inferred.
     """
     make = next(
         make
@@ -294,23 +294,23 @@ def select_time_stepping_loop(
     )
     return make(
         not isinstance(numba_type_of_upward_acceleration, types.NoneType),
-        not isinstance(friction_marker_none_if_frictionless, types.NoneType),
+        not isinstance(none_if_all_cases_frictionless, types.NoneType),
     )
 
 
 @overload(select_time_stepping_loop)
 def _overload_select_time_stepping_loop(
-    scheme_constants: Any, numba_type_of_upward_acceleration: Any, friction_marker_none_if_frictionless: Any
+    scheme_constants: Any, numba_type_of_upward_acceleration: Any, none_if_all_cases_frictionless: Any
 ) -> Any:
     """Tell Numba which time-stepping loop `select_time_stepping_loop` returns for arguments of these types."""
     step_function = select_time_stepping_loop(
-        scheme_constants, numba_type_of_upward_acceleration, friction_marker_none_if_frictionless
+        scheme_constants, numba_type_of_upward_acceleration, none_if_all_cases_frictionless
     )
 
     def return_loop_selected_by_argument_types(
         scheme_constants: Any,  # noqa: ARG001
         numba_type_of_upward_acceleration: Any,  # noqa: ARG001
-        friction_marker_none_if_frictionless: Any,  # noqa: ARG001
+        none_if_all_cases_frictionless: Any,  # noqa: ARG001
     ) -> Any:
         """Return the compiled time-stepping loop selected by the Numba types of the arguments."""
         return step_function

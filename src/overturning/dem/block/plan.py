@@ -100,14 +100,14 @@ class BlockSimulationPlan(SimulationPlan):
             attempted_steps_between_end_checks=int(
                 settings.ticks_per_sample / float(cases["longest_step_with_all_contacts_closed_ticks"][0])
             )
-            + scheme.max_steps_beyond_sample_end
+            + scheme.max_steps_before_next_sample_is_loaded
         )
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockKernelInput(
             settings,
             **queued,
             scheme_constants=scheme,
-            friction_marker_none_if_frictionless=with_friction,
+            none_if_all_cases_frictionless=with_friction,
             max_penetration_to_half_side_ratio=MAX_PENETRATION_TO_HALF_SIDE_RATIO,
         )
 
@@ -123,7 +123,7 @@ class BlockSimulationPlan(SimulationPlan):
         """Return trajectory rows of a block at rest, one for each of the first `sample_count` samples."""
         rows, case = super().trajectory_rows_at_rest(sample_count), self.case_table[0]
         rows["centre_z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["normal_stiffness_per_mass"]
-        rows["ground_acceleration"] = self.base_accelerations[0, :sample_count] * case["amplitude_factor"]
+        rows["ground_acceleration"] = self.base_accelerations_by_direction[0, :sample_count] * case["amplitude_factor"]
         return rows
 
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> PlanarSceneTrajectory:
@@ -260,7 +260,7 @@ def plan_block_simulation(
         "initial_tilt_cosine": evaluate_and_round_to_12_decimals(np.cos, tilt),
         "initial_tilt_sine": evaluate_and_round_to_12_decimals(np.sin, tilt), "cannot_start_moving_from_sample": calm,
         "end_sample_if_undecided": samples + np.ceil(MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * period / interval),
-        "rest_acceleration_limit_g": rest_limit,
+        "max_base_acceleration_without_motion_g": rest_limit,
         "max_contact_change_travel_without_halving_step": (
             MAX_CONTACT_CHANGE_TRAVEL_OVER_B_P_ALPHA_MIN_DT
             * lengths.longest_contact_change_step_s
@@ -280,7 +280,8 @@ def plan_block_simulation(
     sunk = 0.5 * STANDARD_GRAVITY / normal
     return BlockSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,
-        base_accelerations=ground, steps_per_sample=lengths.whole_steps_per_sample, first_simulated_sample=first,
+        base_accelerations_by_direction=ground, steps_per_sample=lengths.whole_steps_per_sample,
+        first_simulated_sample=first,
         stays_at_rest=stays_at_rest, case_table=table,
         has_too_soft_contacts=static_penetration_exceeds_limit(sunk, np.minimum(width, height)),
     )  # fmt: skip

@@ -43,7 +43,7 @@ ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
 """Accuracy of the times of impacts and turning points, as a share of a sample."""
 
 
-class HorizontalAccelerationAndGravityRampInG(NamedTuple):
+class BaseAccelerationAndGravityLinearInTime(NamedTuple):
     """Base acceleration in g, linear in time until the next sample; slopes are per sampling interval."""
 
     horizontal_in_g_at_time_zero: float
@@ -64,20 +64,20 @@ class RigidRockingOutcomes(NamedTuple):
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _base_motion_with_later_origin(
-    base_motion: HorizontalAccelerationAndGravityRampInG, origin_delay_in_samples: float
-) -> HorizontalAccelerationAndGravityRampInG:
+    base_motion: BaseAccelerationAndGravityLinearInTime, origin_delay_in_samples: float
+) -> BaseAccelerationAndGravityLinearInTime:
     """Return a linear base motion as a function of time, in samples, from a time origin that lies later."""
     delay = origin_delay_in_samples
     ground = base_motion.horizontal_in_g_at_time_zero + base_motion.horizontal_slope_per_sample * delay
     weight = base_motion.apparent_gravity_over_g_at_time_zero + base_motion.apparent_gravity_slope_per_sample * delay
-    return HorizontalAccelerationAndGravityRampInG(
+    return BaseAccelerationAndGravityLinearInTime(
         ground, base_motion.horizontal_slope_per_sample, weight, base_motion.apparent_gravity_slope_per_sample
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _rocking_side_and_waiting_time(
-    base_motion: HorizontalAccelerationAndGravityRampInG, remaining_time_in_samples: float, b_over_h: float
+    base_motion: BaseAccelerationAndGravityLinearInTime, remaining_time_in_samples: float, b_over_h: float
 ) -> tuple[float, float]:
     """Return the side to which a resting block starts to rock within the rest of a sample, and the time until then.
 
@@ -100,7 +100,7 @@ def _rocking_side_and_waiting_time(
 def _fill_higher_taylor_coefficients(
     taylor_coefficients_by_quantity: Any,
     rocking_side: float,
-    base_motion: HorizontalAccelerationAndGravityRampInG,
+    base_motion: BaseAccelerationAndGravityLinearInTime,
     squared_product_of_p_and_sampling_interval: float,
 ) -> None:
     """Compute the higher Taylor coefficients of a rocking block's motion in a step; the first ones are given.
@@ -224,13 +224,13 @@ def _base_motion_of_sample(
     upward_acceleration_by_sample_m_s2: Any,
     amplitude_factor_divided_by_g: float,
     sample_index: int,
-) -> HorizontalAccelerationAndGravityRampInG:
+) -> BaseAccelerationAndGravityLinearInTime:
     """Return the base motion from a sample to the next, scaled by the amplitude factor, in units of g."""
     scale, across, up = (
         amplitude_factor_divided_by_g, horizontal_acceleration_by_sample_m_s2, upward_acceleration_by_sample_m_s2,
     )  # fmt: skip
     a, u = scale * across[sample_index], 1.0 + scale * up[sample_index]
-    return HorizontalAccelerationAndGravityRampInG(
+    return BaseAccelerationAndGravityLinearInTime(
         a, scale * across[sample_index + 1] - a, u, 1.0 + scale * up[sample_index + 1] - u
     )
 

@@ -40,7 +40,7 @@ from overturning.dem.kernel.ending import (
     continuation_sample_tick_and_last_upright_time,
 )
 from overturning.dem.kernel.ground import (
-    BaseAccelerationsWithMaximaAhead,
+    BaseAccelerationsAndMaximaInWindowAhead,
     count_skippable_samples,
     is_rest_check_sample,
     linear_base_acceleration_of_sample,
@@ -73,16 +73,16 @@ class BlockKernelInput(NamedTuple):
     motion_row_by_case: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
-    ground_motion: BaseAccelerationsWithMaximaAhead
+    ground_motion: BaseAccelerationsAndMaximaInWindowAhead
     scheme_constants: Any
     """Constants of the scheme, from `overturning.dem.block.loops.CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME`."""
-    friction_marker_none_if_frictionless: Any
+    none_if_all_cases_frictionless: Any
     """None if all cases are frictionless: a kernel without tangential springs is compiled. Otherwise any value."""
     max_penetration_to_half_side_ratio: float
     """Penetration beyond which a case has failed, as a share of the smaller half side."""
 
 
-class BlockWorkspace(NamedTuple):
+class ParallelBlockStates(NamedTuple):
     """State array of the blocks that the kernel computes in parallel, one column (lane) per block."""
 
     state: Any
@@ -112,7 +112,7 @@ ROTATION_COSINE_ROW, ROTATION_SINE_ROW, TICKS_SINCE_SAMPLE_START_ROW, LAST_UPRIG
 )  # fmt: skip
 NEXT_STEP_LENGTH_ROW = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
-    RestAccelerationLimitAndAtRestFlag, "rest_acceleration_limit_g"
+    RestAccelerationLimitAndAtRestFlag, "max_base_acceleration_without_motion_g"
 )
 AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
     RestAccelerationLimitAndAtRestFlag, "was_at_rest_at_sample_start"
@@ -123,7 +123,7 @@ LAST_UPRIGHT_TIME_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
     """Allocate the array for the states of the blocks that are simulated in parallel, one column (lane) each."""
-    return BlockWorkspace(cache_line_aligned_zeros(STATE_ROW_COUNT * PARALLEL_CASE_COUNT))
+    return ParallelBlockStates(cache_line_aligned_zeros(STATE_ROW_COUNT * PARALLEL_CASE_COUNT))
 
 
 def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
@@ -157,7 +157,7 @@ def write_block_constants_and_initial_state(
         max_contact_change_travel_without_halving_step=case_table_row.max_contact_change_travel_without_halving_step,
         prescribed_flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
         max_time_between_touches_in_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
-        sliding_flat_landing_friction_moment_0_or_1=0.0 if case_table_row.friction * h <= b else 1.0,
+        friction_moment_factor_if_sliding_in_flat_landing=0.0 if case_table_row.friction * h <= b else 1.0,
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
@@ -185,7 +185,7 @@ def write_block_constants_and_initial_state(
     store_signed_friction_or_zero(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
     store_peaks(state, lane, BlockPeaksAndLastUprightTick(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
-    state[REST_ACCELERATION_LIMIT_ROW + lane] = case_table_row.rest_acceleration_limit_g
+    state[REST_ACCELERATION_LIMIT_ROW + lane] = case_table_row.max_base_acceleration_without_motion_g
     store_case_progress(state, lane, CaseProgress(
         case_table_row.amplitude_factor, case_table_row.first_simulated_sample,
         case_table_row.cannot_start_moving_from_sample,
@@ -263,7 +263,7 @@ def attempt_steps_until_next_check(
     settings, scheme, state = kernel_input.settings, kernel_input.scheme_constants, workspace.state
     path = trajectory_of_first_lane
     up, with_friction = (
-        kernel_input.ground_motion.upward_acceleration, kernel_input.friction_marker_none_if_frictionless,
+        kernel_input.ground_motion.upward_acceleration, kernel_input.none_if_all_cases_frictionless,
     )  # fmt: skip
     step, ticks = select_time_stepping_loop(scheme, up, with_friction), settings.ticks_per_sample
     attempted_steps_between_end_checks = settings.attempted_steps_between_end_checks

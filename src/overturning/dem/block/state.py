@@ -70,7 +70,7 @@ class BlockConstants(NamedTuple):
     """Duration of a flat landing after the first touch, s."""
     max_time_between_touches_in_one_impact: float
     """Time within which the touches of both corners count as one impact, s."""
-    sliding_flat_landing_friction_moment_0_or_1: float
+    friction_moment_factor_if_sliding_in_flat_landing: float
     """Factor on the moment of friction of a block that slides in a flat landing: 0 for μ ≤ B/H, else 1."""
 
 
@@ -92,7 +92,7 @@ class AssumedCornerContact(NamedTuple):
 
     signed_mu_or_zero_if_sticking: float
     """±μ if the corner slides, else 0."""
-    uses_predicted_forces_instead_of_last_step: bool
+    uses_predicted_forces_for_contact_and_sliding: bool
     """True if the step is fine, so that predicted forces, not the last step, decide about contact and sliding."""
     lands_flat: bool
     """True if the block lands flat, so that the dashpot may pull; see `dem.block.landing`."""
@@ -100,7 +100,7 @@ class AssumedCornerContact(NamedTuple):
     """True if the block slides while it lands flat."""
     flat_landing_signed_mu: float
     """±μ of the friction in a flat landing."""
-    friction_lever_arm_factor: float
+    friction_moment_factor: float
     """Factor on the moment of friction that rotates the block; 1 except in a flat landing."""
 
 
@@ -239,7 +239,7 @@ class BlockVelocityCorrectionAndCornerFriction(NamedTuple):
     right_signed_mu_or_zero_if_sticking: float
 
 
-class PredictedCornerForceAndSlidingFlag(NamedTuple):
+class PredictedCornerForceAndAssumedSlidingFlag(NamedTuple):
     """Predicted tangential force at a block's corner, and whether a step's equations assume that the corner slides."""
 
     tangential_force_per_mass: float

@@ -42,7 +42,7 @@ class BlockCaseTableRow(NamedTuple):
     """Sample at which the case ends as undecided."""
     max_contact_change_travel_without_halving_step: float
     """Largest vertical travel of a corner that opens or closes in a step, for which the step is not halved, m."""
-    rest_acceleration_limit_g: float
+    max_base_acceleration_without_motion_g: float
     """Horizontal acceleration over g up to which the block stays at rest."""
 
 

@@ -13,7 +13,7 @@ from overturning.dem.body.state import (
     LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S,
     STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
-    BaseExtremeVerticesAndFlatLandingState,
+    BodyBaseContactState,
     BodyConstants,
     BodyContactPointState,
     BodyState,
@@ -61,11 +61,11 @@ def one_if_point_penetrates_nearly_at_rest(
 @njit(**INLINE_OPTIONS)
 def update_lowest_and_highest_base_vertex(
     body: BodyConstants,
-    base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState,
+    base_contact_state_of_earlier_vertices: BodyBaseContactState,
     body_axes: Matrix3,
     vertex: BodyVertex,
     point_state_at_step_start: BodyContactPointState,
-) -> BaseExtremeVerticesAndFlatLandingState:
+) -> BodyBaseContactState:
     """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
     height = matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z
     below = vertex_belongs_to_base(body, vertex)
@@ -75,21 +75,21 @@ def update_lowest_and_highest_base_vertex(
         (height < base_contact_state_of_earlier_vertices.lowest_base_vertex_height_above_centre)
         | (
             (height == base_contact_state_of_earlier_vertices.lowest_base_vertex_height_above_centre)
-            & (still > base_contact_state_of_earlier_vertices.lowest_vertex_rests)
+            & (still > base_contact_state_of_earlier_vertices.lowest_vertex_is_loaded_and_nearly_at_rest)
         )
     )
     high = below & (
         (height > base_contact_state_of_earlier_vertices.highest_base_vertex_height_above_centre)
         | (
             (height == base_contact_state_of_earlier_vertices.highest_base_vertex_height_above_centre)
-            & (still > base_contact_state_of_earlier_vertices.highest_vertex_rests)
+            & (still > base_contact_state_of_earlier_vertices.highest_vertex_is_loaded_and_nearly_at_rest)
         )
     )
-    return BaseExtremeVerticesAndFlatLandingState(
+    return BodyBaseContactState(
         height if low else base_contact_state_of_earlier_vertices.lowest_base_vertex_height_above_centre,
         height if high else base_contact_state_of_earlier_vertices.highest_base_vertex_height_above_centre,
-        still if low else base_contact_state_of_earlier_vertices.lowest_vertex_rests,
-        still if high else base_contact_state_of_earlier_vertices.highest_vertex_rests,
+        still if low else base_contact_state_of_earlier_vertices.lowest_vertex_is_loaded_and_nearly_at_rest,
+        still if high else base_contact_state_of_earlier_vertices.highest_vertex_is_loaded_and_nearly_at_rest,
         base_contact_state_of_earlier_vertices.shortest_remaining_impact_time_of_base_points,
         base_contact_state_of_earlier_vertices.longest_landing_time_left_of_loaded_points,
         base_contact_state_of_earlier_vertices.tilting_share_of_friction_moment_in_flat_landing,
@@ -99,7 +99,7 @@ def update_lowest_and_highest_base_vertex(
 @njit(**INLINE_OPTIONS)
 def vertex_waits_until_extreme_vertices_rest(
     body: BodyConstants,
-    base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState,
+    base_contact_state_of_earlier_vertices: BodyBaseContactState,
     vertex: BodyVertex,
     vertex_height_above_centre: float,
     point_state_at_step_start: BodyContactPointState,
@@ -133,7 +133,7 @@ def vertex_waits_until_extreme_vertices_rest(
 
 
 @njit(**INLINE_OPTIONS)
-def is_body_in_flat_landing(base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState) -> bool:
+def is_body_in_flat_landing(base_contact_state_of_earlier_vertices: BodyBaseContactState) -> bool:
     """True while a flat landing of a body lasts: its base touches in one impact, in which dashpots may pull.
 
     See `overturning.dem.block.landing`.
@@ -155,7 +155,7 @@ def longest_landing_time_including_point(
 
 @njit(**INLINE_OPTIONS)
 def remaining_landing_time_of_new_contact(
-    body: BodyConstants, base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState
+    body: BodyConstants, base_contact_state_of_earlier_vertices: BodyBaseContactState
 ) -> float:
     """Return the time (s) for which a contact point that touches now still takes part in a flat landing.
 
@@ -171,20 +171,18 @@ def remaining_landing_time_of_new_contact(
 
 @njit(**INLINE_OPTIONS)
 def lowest_and_highest_base_points_rest(
-    base_contact_state_of_earlier_vertices: BaseExtremeVerticesAndFlatLandingState,
+    base_contact_state_of_earlier_vertices: BodyBaseContactState,
 ) -> bool:
     """True if the lowest and the highest vertex of a body's base both rest on the ground."""
-    return (base_contact_state_of_earlier_vertices.lowest_vertex_rests > 0.0) & (
-        base_contact_state_of_earlier_vertices.highest_vertex_rests > 0.0
+    return (base_contact_state_of_earlier_vertices.lowest_vertex_is_loaded_and_nearly_at_rest > 0.0) & (
+        base_contact_state_of_earlier_vertices.highest_vertex_is_loaded_and_nearly_at_rest > 0.0
     )
 
 
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
 load_body_axes = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3).load
 load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState).load
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BaseExtremeVerticesAndFlatLandingState
-)
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPointAtStepStartAndEnd, "at_step_start"
@@ -196,15 +194,11 @@ POINT_REMAINING_LANDING_TIME_ROW_OFFSET, POINT_PENETRATION_AT_STEP_START_ROW = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.penetration"),
 )
 SHORTEST_REMAINING_LANDING_TIME_ROW, LONGEST_REMAINING_LANDING_TIME_ROW = (
-    STATE_ROW_LAYOUT.row_offset_of_field(
-        BaseExtremeVerticesAndFlatLandingState, "shortest_remaining_impact_time_of_base_points"
-    ),
-    STATE_ROW_LAYOUT.row_offset_of_field(
-        BaseExtremeVerticesAndFlatLandingState, "longest_landing_time_left_of_loaded_points"
-    ),
+    STATE_ROW_LAYOUT.row_offset_of_field(BodyBaseContactState, "shortest_remaining_impact_time_of_base_points"),
+    STATE_ROW_LAYOUT.row_offset_of_field(BodyBaseContactState, "longest_landing_time_left_of_loaded_points"),
 )
 TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    BaseExtremeVerticesAndFlatLandingState, "tilting_share_of_friction_moment_in_flat_landing"
+    BodyBaseContactState, "tilting_share_of_friction_moment_in_flat_landing"
 )
 """Array index at which the values of `tilting_share_of_friction_moment_in_flat_landing` start."""
 
@@ -224,7 +218,7 @@ def use_full_friction_moment_where_friction_tips_body(
 ) -> None:
     """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
 
-    The share is `BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`. It is read
+    The share is `BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`. It is read
     only for bodies whose base lands flat. The resultant of normal forces and friction passes through the centre if they
     act at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre. If that point lies
     within the base, the normal forces balance the moment of friction.
@@ -239,9 +233,9 @@ def use_full_friction_moment_where_friction_tips_body(
             ahead = (
                 body.friction
                 * body.centre_height
-                * (edge.next_base_edge_outward_normal_x * own.x + edge.next_base_edge_outward_normal_y * own.y)
+                * (edge.starting_edge_outward_normal_x * own.x + edge.starting_edge_outward_normal_y * own.y)
             )
-            outside = edge.next_base_edge_distance_from_point_below_centre * math.sqrt(v.x * v.x + v.y * v.y) < ahead
+            outside = edge.starting_edge_distance_from_point_below_centre * math.sqrt(v.x * v.x + v.y * v.y) < ahead
             body_states[TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET + j] = (
                 1.0 if outside else body_states[TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET + j]
             )
@@ -289,7 +283,7 @@ def compute_base_contact_states(
             store_base_contact(
                 body_states,
                 j,
-                BaseExtremeVerticesAndFlatLandingState(
+                BodyBaseContactState(
                     0.0,
                     0.0,
                     one_if_point_penetrates_nearly_at_rest(body, ahead),
@@ -302,12 +296,8 @@ def compute_base_contact_states(
         return
     few = base_vertex_count <= MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
     for j in range(assume_vector_multiple(lane_count)):
-        first = BaseExtremeVerticesAndFlatLandingState(
-            0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0
-        )
-        other = BaseExtremeVerticesAndFlatLandingState(
-            1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0
-        )
+        first = BodyBaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
+        other = BodyBaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         store_base_contact(body_states, j, first if few else other)
     for point in range(0, 2 * start_index_of_second_vertices_of_pairs, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]

@@ -45,7 +45,7 @@ from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_samp
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = BODY_STEP_CONTROL.max_step_using_predicted_forces_in_shortest_steps
+MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = BODY_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
 """Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
 MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25
@@ -88,7 +88,7 @@ def predict_body_with_step_start_forces(
         ),
     )
     turn, spin = rotation_and_angular_velocity_after_step(
-        body.mass_over_inertia,
+        body.mass_times_inverse_inertia,
         state_at_step_start.rotation,
         momentum,
         state_at_step_start.contact_moment_per_mass,
@@ -166,7 +166,7 @@ def slip_and_tilting_moment_share_in_flat_landing(
 
     The last value is the part of the moment of the point's friction that tilts the body.
     `lands_flat_and_tilting_moment_share` holds whether the body lands flat, and that part for a point that slides
-    meanwhile (`BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`). See
+    meanwhile (`BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`). See
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
     """
     lands_flat, tilting = lands_flat_and_tilting_moment_share
@@ -188,7 +188,7 @@ class FlatLandingInputsOfContactPoint(NamedTuple):
     landing_time_if_touching_now_s: float
     """Landing time of the point if it touches now, s."""
     tilting_friction_share: float
-    """See `BaseExtremeVerticesAndFlatLandingState.tilting_share_of_friction_moment_in_flat_landing`."""
+    """See `BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`."""
 
 
 @njit(**INLINE_OPTIONS)
@@ -246,7 +246,7 @@ def predict_contact_point(
     slides = square > most * most if contact_vibration_is_resolved else old.slid_in_last_step_or_rejected_attempt > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity_from_momentum(body.mass_over_inertia, body_axes, Vector3(
+    turn = angular_velocity_from_momentum(body.mass_times_inverse_inertia, body_axes, Vector3(
         r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x,
         body.friction * (r.x * dy - r.y * dx),
     ))  # fmt: skip

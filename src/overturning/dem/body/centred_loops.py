@@ -32,7 +32,7 @@ from overturning.dem.body.commit import (
 from overturning.dem.body.state import (
     STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
-    BaseExtremeVerticesAndFlatLandingState,
+    BodyBaseContactState,
     BodyConstants,
     BodyEnergyAndMomentumAccount,
     BodyPeaksAndLastUprightTick,
@@ -69,9 +69,7 @@ load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialA
 load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
 load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BaseExtremeVerticesAndFlatLandingState
-)
+load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
 load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick)
 load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BodyEnergyAndMomentumAccount

@@ -284,7 +284,7 @@ def update_late_tilt_and_return_case_status(
         body, s, limits.min_base_edge_distance_from_centre
     ):
         # A spin lasts as long as a slide with the speed of a point at the radius of gyration, or less.
-        gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.mass_over_inertia.zz))
+        gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.mass_times_inverse_inertia.zz))
         time = np.sqrt(squared_base_speed_including_spin(body, s, gyration)) / (GRAVITY * body.friction)
         if set_slide_end_once_and_check_case_continues(
             body_states, SLIDING_CASE_END_SAMPLE_ROW + lane, sample, time, body.tick_length_s * ticks_per_sample
@@ -300,19 +300,19 @@ def body_rests_upright_on_all_base_vertices(
     vertex_count: int,
     base_vertex_count: int,
     lane: int,
-    rest_acceleration_limit_g: float,
+    max_base_acceleration_without_motion_g: float,
 ) -> bool:
     """True if a body is upright and still, and as many points as its base has vertices carry load without sliding."""
     body, s, held = load_body_constants(body_states, lane), load_state(body_states, lane), 0
     w = s.angular_velocity
-    turning = matrix_times_vector(expand_symmetric_matrix(body.mass_over_inertia), s.contact_moment_per_mass)
+    turning = matrix_times_vector(expand_symmetric_matrix(body.mass_times_inverse_inertia), s.contact_moment_per_mass)
     speed = vector_length(s.velocity_relative_to_base) + body.centre_height * vector_length(w)
     step = body.tick_length_s * body_states[NEXT_STEP_TICKS_ROW_OFFSET + lane]
     if not body_is_still(
         speed,
         vector_length(s.acceleration_relative_to_base) + body.centre_height * vector_length(turning),
         step,
-        rest_acceleration_limit_g,
+        max_base_acceleration_without_motion_g,
     ):
         return False
     for i in range(vertex_count):

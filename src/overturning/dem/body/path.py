@@ -14,14 +14,14 @@ from overturning.model.variables import BODY_OUTCOME_VARIABLES
 
 
 def rotate_to_east_north_up(
-    vectors_along_xyz: FloatArray, orientation_cosines_north_east: tuple[float, float]
+    vectors_along_xyz: FloatArray, orientation_unit_vector_north_east: tuple[float, float]
 ) -> FloatArray:
     """Convert vectors, shape (…, 3), from the x, y and z axes of a body's frame to east, north and up.
 
-    `orientation_cosines_north_east` are those of the orientation, north and east: x points towards it, y 90°
+    `orientation_unit_vector_north_east` are those of the orientation, north and east: x points towards it, y 90°
     anticlockwise from it.
     """
-    cosine, sine = orientation_cosines_north_east
+    cosine, sine = orientation_unit_vector_north_east
     x, y, z = np.moveaxis(vectors_along_xyz, -1, 0)
     return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
 
@@ -37,7 +37,7 @@ class BodyTrajectory:
     """Trajectory of a 3-D body in one case, in the frame that moves with the base."""
 
     rows: NDArray[np.void]  # samples, of type `overturning.dem.body.tables.TRAJECTORY_ROW_DTYPE`
-    orientation_cosines_north_east: tuple[float, float]  # direction cosines of its orientation, north and east
+    orientation_unit_vector_north_east: tuple[float, float]  # direction cosines of its orientation, north and east
     corner_positions_from_centre_at_rest: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
     edge_corner_indices: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
 
@@ -46,7 +46,7 @@ class BodyTrajectory:
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return the variables (with the case's outcomes), coordinates and attributes of the trajectory's dataset."""
         to_east_north_up = partial(
-            rotate_to_east_north_up, orientation_cosines_north_east=self.orientation_cosines_north_east
+            rotate_to_east_north_up, orientation_unit_vector_north_east=self.orientation_unit_vector_north_east
         )
 
         def trajectory_vectors_from_columns(*column_names: str) -> FloatArray:

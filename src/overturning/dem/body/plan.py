@@ -33,7 +33,7 @@ from overturning.dem.limits import (
     MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
     static_penetration_exceeds_limit,
 )
-from overturning.dem.numerics import BLOCK_STEP_COST_OF_BODY_STEP, NumericalOptions
+from overturning.dem.numerics import BODY_STEP_COST_IN_BLOCK_STEPS, NumericalOptions
 from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
 from overturning.dem.quiet import (
     MAX_REST_TO_ONSET_THRESHOLD_RATIO,
@@ -62,12 +62,12 @@ from overturning.units import STANDARD_GRAVITY
 class SimulationPlan3D(SimulationPlan):
     """Plan of the simulation of n cases of a 3-D model, a body or a stack."""
 
-    split_long_queues: ClassVar[bool] = True
-    block_step_cost_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_BODY_STEP
+    shares_long_queue_between_two_threads: ClassVar[bool] = True
+    step_cost_in_block_steps: ClassVar[int] = BODY_STEP_COST_IN_BLOCK_STEPS
 
     ticks_per_whole_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
-    orientation_cosines_north_east: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
+    orientation_unit_vector_north_east: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
     def parallel_group_by_case(self) -> NDArray[np.int64]:
@@ -113,7 +113,11 @@ class BodySimulationPlan(SimulationPlan3D):
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
     trajectory_row_dtype: ClassVar[Any] = TRAJECTORY_ROW_DTYPE
-    base_acceleration_columns: ClassVar[Any] = ("base_acceleration_x", "base_acceleration_y", "base_acceleration_z")
+    trajectory_columns_of_base_acceleration: ClassVar[Any] = (
+        "base_acceleration_x",
+        "base_acceleration_y",
+        "base_acceleration_z",
+    )
     dataset_values_per_trajectory_row: ClassVar[int] = 19
 
     model: Body
@@ -154,7 +158,7 @@ class BodySimulationPlan(SimulationPlan3D):
             for index in self.case_table["body"][case_numbers]
         ]
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
-        cosines = self.orientation_cosines_north_east[case_numbers]
+        cosines = self.orientation_unit_vector_north_east[case_numbers]
         return outcome_variables_of_bodies(result_tables["results"], orientation, cosines, faces)
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
@@ -163,7 +167,7 @@ class BodySimulationPlan(SimulationPlan3D):
         for name in INITIAL_STATE_DTYPE.names or ():
             rows[name] = case["start"][name]
         rows["base_acceleration_x"], rows["base_acceleration_y"] = (
-            self.base_accelerations[0, :, :sample_count] * case["amplitude_factor"]
+            self.base_accelerations_by_direction[0, :, :sample_count] * case["amplitude_factor"]
         )
         rows["base_acceleration_z"] = self.unscaled_upward_acceleration[:sample_count] * case["amplitude_factor"]
         return rows
@@ -171,7 +175,7 @@ class BodySimulationPlan(SimulationPlan3D):
     def convert_trajectory_rows(self, trajectory_rows: NDArray[np.void]) -> BodyTrajectory:
         """Convert the kernel's trajectory rows of the plan's only case to a `BodyTrajectory`."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
-        cosine, sine = self.orientation_cosines_north_east[0].tolist()
+        cosine, sine = self.orientation_unit_vector_north_east[0].tolist()
         return BodyTrajectory(trajectory_rows, (cosine, sine), *self.model.shape.drawn_corners_and_edges(*size))
 
 
@@ -232,7 +236,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         "point_tangential_stiffness_per_mass": laws[which, 1],
         "point_dashpot_constant_per_mass": dashpot, "friction": friction,
         "amplitude_factor": amplitude,
-        "rest_acceleration_limit_g": rest_limit,
+        "max_base_acceleration_without_motion_g": rest_limit,
         "first_simulated_sample": first,
         "cannot_start_moving_from_sample": calm,
         "end_sample_if_undecided": (
@@ -266,9 +270,9 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         solids_by_size=made,
         body_constants_by_size=bodies,
         vertices_and_base_edges_by_size=points,
-        orientation_cosines_north_east=cosines,
+        orientation_unit_vector_north_east=cosines,
         motion_row_by_case=row,
-        base_accelerations=along,
+        base_accelerations_by_direction=along,
         steps_per_sample=steps,
         first_simulated_sample=first,
         case_table=table,

@@ -45,7 +45,7 @@ from overturning.dem.kernel.ending import (
     continuation_sample_tick_and_last_upright_time,
 )
 from overturning.dem.kernel.ground import (
-    BaseAccelerationsWithMaximaAhead,
+    BaseAccelerationsAndMaximaInWindowAhead,
     count_skippable_samples,
     is_rest_check_sample,
     next_window_motion_is_below_rest_limit,
@@ -88,7 +88,7 @@ class BodyKernelInput(NamedTuple):
     motion_row_by_case: NDArray[np.int64]
     results: NDArray[np.void]
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
-    ground_motion: BaseAccelerationsWithMaximaAhead
+    ground_motion: BaseAccelerationsAndMaximaInWindowAhead
     marker_whose_type_selects_base_shape_loop: Any
     """Value whose type, a key of `LOOP_BY_BASE_SHAPE_TAG`, selects the time loop."""
     body_constants_by_size: NDArray[np.void]
@@ -138,7 +138,7 @@ NEXT_STEP_LENGTH_ROW, LOADED_SAMPLE_NUMBER_ROW = (
     STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
 REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
-    RestAccelerationLimitAndAtRestFlag, "rest_acceleration_limit_g"
+    RestAccelerationLimitAndAtRestFlag, "max_base_acceleration_without_motion_g"
 )
 AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
     RestAccelerationLimitAndAtRestFlag, "was_at_rest_at_sample_start"

@@ -57,7 +57,7 @@ STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    RestAccelerationLimitAndAtRestFlag, "rest_acceleration_limit_g"
+    RestAccelerationLimitAndAtRestFlag, "max_base_acceleration_without_motion_g"
 )
 """Array index at which the base accelerations over g up to which bodies stay at rest start."""
 
@@ -111,7 +111,7 @@ def write_initial_body_state(
         case_table_row.first_simulated_sample * sampling_interval_s,
         body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,
     ))  # fmt: skip
-    body_states[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_table_row.rest_acceleration_limit_g
+    body_states[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_table_row.max_base_acceleration_without_motion_g
     store_termination_limits(body_states, lane, BodyTerminationLimits(
         vertical_angular_momentum_about_origin_per_mass(begin), body_table_row.min_base_edge_distance_from_centre,
         body_table_row.fall_tilt_cosine,
@@ -124,13 +124,13 @@ def body_constants_of_case(case_table_row: Any, body_table_row: Any, tick_length
     """Return a body's constants combined with the contact law of a case; `tick_length_s` (s) is the time unit."""
     c, ks = body_table_row, case_table_row.point_tangential_stiffness_per_mass
     return BodyConstants(
-        mass_over_inertia=SymmetricMatrix(
-            c.mass_over_inertia_xx,
-            c.mass_over_inertia_yy,
-            c.mass_over_inertia_zz,
-            c.mass_over_inertia_xy,
-            c.mass_over_inertia_xz,
-            c.mass_over_inertia_yz,
+        mass_times_inverse_inertia=SymmetricMatrix(
+            c.mass_times_inverse_inertia_xx,
+            c.mass_times_inverse_inertia_yy,
+            c.mass_times_inverse_inertia_zz,
+            c.mass_times_inverse_inertia_xy,
+            c.mass_times_inverse_inertia_xz,
+            c.mass_times_inverse_inertia_yz,
         ),
         inertia_per_mass=SymmetricMatrix(
             c.inertia_per_mass_xx,
@@ -205,7 +205,7 @@ def write_vertex_states_and_return_body_state(
         centre_position=place,
         rotation=turn,
         velocity_relative_to_base=v,
-        angular_momentum_per_mass=angular_momentum_per_mass_from_velocity(body.mass_over_inertia, f, w),
+        angular_momentum_per_mass=angular_momentum_per_mass_from_velocity(body.mass_times_inverse_inertia, f, w),
         angular_velocity=w,
         acceleration_relative_to_base=Vector3(0.0, 0.0, az),
         contact_moment_per_mass=Vector3(mx, my, 0.0),
@@ -215,13 +215,13 @@ def write_vertex_states_and_return_body_state(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def angular_momentum_per_mass_from_velocity(
-    mass_over_inertia: SymmetricMatrix, body_axes: Matrix3, angular_velocity: Vector3
+    mass_times_inverse_inertia: SymmetricMatrix, body_axes: Matrix3, angular_velocity: Vector3
 ) -> Vector3:
     """Return the angular momentum per mass (m²/s) of a body, in the axes of the base.
 
-    `mass_over_inertia` is in the axes of the body, 1/m², `angular_velocity` in the axes of the base, rad/s.
+    `mass_times_inverse_inertia` is in the axes of the body, 1/m², `angular_velocity` in the axes of the base, rad/s.
     """
-    a = mass_over_inertia
+    a = mass_times_inverse_inertia
     cofactors = SymmetricMatrix(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,

@@ -45,7 +45,7 @@ TICKS_PER_WHOLE_STEP: Final = BODY_STEP_CONTROL.ticks_per_whole_step
 class BodyConstants(NamedTuple):
     """Inertia, contact constants and limits of a body, which do not change during a case."""
 
-    mass_over_inertia: SymmetricMatrix
+    mass_times_inverse_inertia: SymmetricMatrix
     """Inverse inertia in the body's own axes, m/I, 1/m²."""
     inertia_per_mass: SymmetricMatrix
     """Inertia in the body's own axes, I/m, m²."""
@@ -99,10 +99,10 @@ class BodyVertex(NamedTuple):
 
     position_from_centre_in_body_axes: Vector3
     """Position from the centre in the body's own axes, m."""
-    next_base_edge_outward_normal_x: float
+    starting_edge_outward_normal_x: float
     """Outward normal, in the body's own axes, of the base edge that starts at the vertex; 0 if not a base vertex."""
-    next_base_edge_outward_normal_y: float
-    next_base_edge_distance_from_point_below_centre: float
+    starting_edge_outward_normal_y: float
+    starting_edge_distance_from_point_below_centre: float
     """Distance of that edge from the point below the centre, m; very large for a vertex that is not of the base."""
 
 
@@ -138,16 +138,16 @@ LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S: Final = -1e300
 """Longest remaining landing time of a base or joint without loaded points, s: less than that of any loaded point."""
 
 
-class BaseExtremeVerticesAndFlatLandingState(NamedTuple):
+class BodyBaseContactState(NamedTuple):
     """Contact state of a body's base: lowest and highest vertex, landing times left, share of friction that tilts."""
 
     lowest_base_vertex_height_above_centre: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
     highest_base_vertex_height_above_centre: float
     """Height of the highest base vertex relative to the centre, m."""
-    lowest_vertex_rests: float
+    lowest_vertex_is_loaded_and_nearly_at_rest: float
     """1 if the lowest base vertex rests, else 0."""
-    highest_vertex_rests: float
+    highest_vertex_is_loaded_and_nearly_at_rest: float
     """1 if the highest base vertex rests, else 0."""
     shortest_remaining_impact_time_of_base_points: float
     """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
@@ -337,7 +337,7 @@ class LargestContactChangesOfBody(NamedTuple):
 
 STATE_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyConstants, CaseStepLengthsAndDoublingCounts, BodyState, Matrix3,
-    BaseExtremeVerticesAndFlatLandingState, BodyPeaksAndLastUprightTick,
+    BodyBaseContactState, BodyPeaksAndLastUprightTick,
     BodyEnergyAndMomentumAccount, InertialAndUpwardBaseAccelerations3D, LoadedBaseMotionSampleNumber, CaseProgress,
     BodyTerminationLimits, NextStepToAttempt, StepRejectedAndSameContactStateFlags, BodyPredictedForStepEnd,
     ContactForcesAndNegatedVelocityDerivatives, BodyVelocityCorrection, ContactForceAndMomentSum,
@@ -368,21 +368,21 @@ def inertial_accelerations_until_next_sample(
 
 @njit(**INLINE_OPTIONS)
 def angular_velocity_from_momentum(
-    mass_over_inertia: SymmetricMatrix, body_axes: Matrix3, angular_momentum_per_mass: Vector3
+    mass_times_inverse_inertia: SymmetricMatrix, body_axes: Matrix3, angular_momentum_per_mass: Vector3
 ) -> Vector3:
     """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
     own = matrix_times_vector(transpose(body_axes), angular_momentum_per_mass)
-    inverse = expand_symmetric_matrix(mass_over_inertia)
+    inverse = expand_symmetric_matrix(mass_times_inverse_inertia)
     return matrix_times_vector(body_axes, matrix_times_vector(inverse, own))
 
 
 @njit(**INLINE_OPTIONS)
 def rotation_and_angular_velocity_after_step(
-    mass_over_inertia: SymmetricMatrix, rotation_at_step_start: Quaternion,
+    mass_times_inverse_inertia: SymmetricMatrix, rotation_at_step_start: Quaternion,
     angular_momentum_per_mass_at_half_step: Vector3, contact_moment_per_mass: Vector3, step_length_s: float,
 ) -> tuple[Quaternion, Vector3]:  # fmt: skip
     """Return the rotation (quaternion) and angular velocity of a body after a step (s) with constant moment."""
-    half, inverse, momentum = 0.5 * step_length_s, mass_over_inertia, angular_momentum_per_mass_at_half_step
+    half, inverse, momentum = 0.5 * step_length_s, mass_times_inverse_inertia, angular_momentum_per_mass_at_half_step
     w = angular_velocity_from_momentum(inverse, rotation_matrix(rotation_at_step_start), momentum)
     mid_turn = rotate_quaternion(rotation_at_step_start, half, w)
     w = angular_velocity_from_momentum(inverse, rotation_matrix(mid_turn), momentum)
@@ -395,7 +395,7 @@ def rotation_and_angular_velocity_after_step(
 def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
     """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
     return angular_velocity_from_momentum(
-        body.mass_over_inertia, rotation_matrix(state.rotation), state.angular_momentum_per_mass
+        body.mass_times_inverse_inertia, rotation_matrix(state.rotation), state.angular_momentum_per_mass
     )
 
 

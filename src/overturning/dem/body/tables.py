@@ -53,7 +53,7 @@ class BodyCaseTableRow(NamedTuple):
     """Coefficient of friction."""
     amplitude_factor: float
     """Factor on the motion."""
-    rest_acceleration_limit_g: float
+    max_base_acceleration_without_motion_g: float
     """Horizontal acceleration over g up to which the body stays at rest."""
     max_base_acceleration_for_sample_long_steps_g: float
     """Horizontal acceleration, as a share of the weight, below which a standing body takes sample-long steps."""
@@ -68,13 +68,13 @@ class BodyCaseTableRow(NamedTuple):
 class BodyConstantTableRow(NamedTuple):
     """Constants of a solid body of one size: columns of the kernel's table of bodies."""
 
-    mass_over_inertia_xx: float
+    mass_times_inverse_inertia_xx: float
     """Inverse of the inertia tensor about the centre per mass, m/I, 1/m²."""
-    mass_over_inertia_yy: float
-    mass_over_inertia_zz: float
-    mass_over_inertia_xy: float
-    mass_over_inertia_xz: float
-    mass_over_inertia_yz: float
+    mass_times_inverse_inertia_yy: float
+    mass_times_inverse_inertia_zz: float
+    mass_times_inverse_inertia_xy: float
+    mass_times_inverse_inertia_xz: float
+    mass_times_inverse_inertia_yz: float
     inertia_per_mass_xx: float
     """Inertia tensor about the centre per mass, m²."""
     inertia_per_mass_yy: float
@@ -190,7 +190,7 @@ def body_constant_and_vertex_tables(solids_by_size: list[RigidSolid]) -> tuple[N
                 body.base_edge_normals, body.base_edge_distances_from_centre,
             )  # fmt: skip
         for name, at in pairs.items():
-            table[index][f"mass_over_inertia_{name}"], table[index][f"inertia_per_mass_{name}"] = (
+            table[index][f"mass_times_inverse_inertia_{name}"], table[index][f"inertia_per_mass_{name}"] = (
                 body.inverse_inertia_per_mass[at], body.inertia_per_mass[at],
             )  # fmt: skip
         foot, reach = body.centre_height, body.min_base_edge_distance_from_centre

@@ -25,7 +25,7 @@ class StepLimitsCommonToAllCases(NamedTuple):
     """Longest step in which a contact may open or close, in 1/ω of the highest mode of the contact."""
     ticks_per_whole_step: float
     """Ticks of a whole step: a power of two, whose exponent is the largest number of halvings."""
-    max_step_using_predicted_forces_in_shortest_steps: float
+    max_predicted_force_step_in_shortest_steps: float
     """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
     max_repeats_with_corrected_sliding: float
     """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
@@ -63,7 +63,7 @@ BLOCK_STEP_CONTROL: Final = StepLimitsCommonToAllCases(
     longest_whole_step_in_rocking_time_constants=MAX_STEP_OVER_ROCKING_TIME_CONSTANT,
     max_contact_change_step_times_omega=0.08,
     ticks_per_whole_step=2.0**24,
-    max_step_using_predicted_forces_in_shortest_steps=4.0,
+    max_predicted_force_step_in_shortest_steps=4.0,
     max_repeats_with_corrected_sliding=2.0,
     steps_before_doubling_after_contact_change=8.0,
     long_step_threshold_in_shortest_steps=8.0,
@@ -76,7 +76,7 @@ SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
 )
 BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
     longest_whole_step_in_rocking_time_constants=0.004, max_contact_change_step_times_omega=0.1,
-    ticks_per_whole_step=2.0**9, max_step_using_predicted_forces_in_shortest_steps=2.0,
+    ticks_per_whole_step=2.0**9, max_predicted_force_step_in_shortest_steps=2.0,
     max_repeats_with_corrected_sliding=3.0, long_steps_before_doubling=4.0,
 )  # fmt: skip
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.

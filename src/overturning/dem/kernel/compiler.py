@@ -180,7 +180,7 @@ def _build_compiler_pipeline(compiler_state: Any, lowering_pass: type) -> Any:
     return passes
 
 
-class KernelCompiler(CompilerBase):
+class PythonCallableKernelCompiler(CompilerBase):
     """Compiler of kernel functions that Python calls."""
 
     def define_pipelines(self) -> list[Any]:

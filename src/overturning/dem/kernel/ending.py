@@ -65,7 +65,7 @@ class LastSampleOfContinuedSlidingCase(NamedTuple):
 class RestAccelerationLimitAndAtRestFlag(NamedTuple):
     """Base acceleration up to which a case's body stays at rest, and 1 if the body was at rest as the sample began."""
 
-    rest_acceleration_limit_g: float
+    max_base_acceleration_without_motion_g: float
     """Horizontal acceleration over g up to which the body stays at rest; 0 if it is simulated anyway."""
     was_at_rest_at_sample_start: float
     """1 if the body was at rest at the beginning of the sample, else 0."""
@@ -130,16 +130,16 @@ def body_is_still(
     speed_including_rotation_m_s: float,
     acceleration_including_rotation_m_s2: float,
     last_step_duration_s: float,
-    rest_acceleration_limit_g: float,
+    max_base_acceleration_without_motion_g: float,
 ) -> bool:
     """True if a body in contact is at rest: its speed and acceleration are below limits proportional to its rest limit.
 
     Speed and acceleration, relative to the base, include those due to rotation; they are taken after the last step.
-    `rest_acceleration_limit_g` is the base acceleration over g up to which the body stays at rest.
+    `max_base_acceleration_without_motion_g` is the base acceleration over g up to which the body stays at rest.
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """
-    least = MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * rest_acceleration_limit_g * GRAVITY
+    least = MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * max_base_acceleration_without_motion_g * GRAVITY
     return bool(
         (2.0 * speed_including_rotation_m_s < least * last_step_duration_s)
         & (acceleration_including_rotation_m_s2 < least)

@@ -24,7 +24,7 @@ VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST: Final = 2.0
 """Factor on vertical acceleration in the rest test: 1 for the lower weight, and 1 for vibration."""
 
 
-class BaseAccelerationsWithMaximaAhead(NamedTuple):
+class BaseAccelerationsAndMaximaInWindowAhead(NamedTuple):
     """Base acceleration at each sample, and its largest value in a time window after a sample.
 
     The acceleration is zero after the record.
@@ -35,10 +35,10 @@ class BaseAccelerationsWithMaximaAhead(NamedTuple):
     3-D body, shape (orientations, 2, samples + 3)."""
     upward_acceleration: FloatArray | None
     """Upward acceleration, m/s², shape (samples + 3,). None compiles a kernel without vertical motion."""
-    max_horizontal_acceleration_in_window_by_rest_check: FloatArray
+    max_abs_horizontal_acceleration_by_rest_check: FloatArray
     """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK),
     m/s²."""
-    max_vertical_acceleration_in_window_by_rest_check: FloatArray
+    max_abs_vertical_acceleration_by_rest_check: FloatArray
     """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK),
     m/s²."""
 
@@ -151,42 +151,43 @@ def is_rest_check_sample(current_sample: float) -> bool:
 
 @njit(**INLINE_OPTIONS)
 def next_window_motion_is_below_rest_limit(
-    ground_motion: BaseAccelerationsWithMaximaAhead,
+    ground_motion: BaseAccelerationsAndMaximaInWindowAhead,
     motion_row: int,
     current_sample: float,
     amplitude_factor: float,
-    rest_acceleration_limit_g: float,
+    max_base_acceleration_without_motion_g: float,
 ) -> bool:
     """True if the base motion in a time window after `current_sample` cannot move a body at rest.
 
-    The window is that of `max_acceleration_in_window_by_rest_check`. `amplitude_factor` multiplies the motion; the
-    body resists a horizontal acceleration of `rest_acceleration_limit_g` · g. An acceleration is linear between
-    samples, so it is largest at one of them.
+    The window is that of `max_acceleration_in_window_by_rest_check`. `amplitude_factor` multiplies the motion; the body
+    resists a horizontal acceleration of `max_base_acceleration_without_motion_g` · g. An acceleration is linear
+    between samples, so it is largest at one of them.
     """
     block, look = (
         min(
             int(current_sample) // SAMPLES_PER_REST_CHECK_BLOCK,
-            ground_motion.max_vertical_acceleration_in_window_by_rest_check.shape[0] - 1,
+            ground_motion.max_abs_vertical_acceleration_by_rest_check.shape[0] - 1,
         ),
         int(current_sample) % SAMPLES_PER_REST_CHECK_BLOCK,
     )
     across, up = (
-        ground_motion.max_horizontal_acceleration_in_window_by_rest_check[motion_row, block, look],
-        ground_motion.max_vertical_acceleration_in_window_by_rest_check[block, look],
+        ground_motion.max_abs_horizontal_acceleration_by_rest_check[motion_row, block, look],
+        ground_motion.max_abs_vertical_acceleration_by_rest_check[block, look],
     )
     return bool(
-        abs(amplitude_factor) * (across + VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST * rest_acceleration_limit_g * up)
-        < rest_acceleration_limit_g * GRAVITY
+        abs(amplitude_factor)
+        * (across + VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST * max_base_acceleration_without_motion_g * up)
+        < max_base_acceleration_without_motion_g * GRAVITY
     )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def count_skippable_samples(
-    ground_motion: BaseAccelerationsWithMaximaAhead,
+    ground_motion: BaseAccelerationsAndMaximaInWindowAhead,
     motion_row: int,
     current_sample: float,
     amplitude_factor: float,
-    rest_acceleration_limit_g: float,
+    max_base_acceleration_without_motion_g: float,
 ) -> int:
     """Return the number of samples from the current one on, in whole blocks, in which a body at rest stays at rest.
 
@@ -194,7 +195,7 @@ def count_skippable_samples(
     """
     count = 0
     while next_window_motion_is_below_rest_limit(
-        ground_motion, motion_row, current_sample + count, amplitude_factor, rest_acceleration_limit_g
+        ground_motion, motion_row, current_sample + count, amplitude_factor, max_base_acceleration_without_motion_g
     ):
         count += SAMPLES_PER_REST_CHECK_BLOCK
     return count

@@ -25,7 +25,11 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from overturning.dem.kernel.compiler import InternalFunctionCompiler, KernelCompiler, NoAliasFunctionCompiler
+from overturning.dem.kernel.compiler import (
+    InternalFunctionCompiler,
+    NoAliasFunctionCompiler,
+    PythonCallableKernelCompiler,
+)
 from overturning.dem.kernel.tuples import (
     create_elementwise_function,
     create_store_tuple_unless_function,
@@ -40,7 +44,7 @@ COMPILE_OPTIONS: Final[dict[str, Any]] = {
     "fastmath": False,
     "error_model": "numpy",
     "boundscheck": False,
-    "pipeline_class": KernelCompiler,
+    "pipeline_class": PythonCallableKernelCompiler,
 }
 """Options of every compiled function: no fast-math and no contraction, so that results are bit-equal everywhere."""
 

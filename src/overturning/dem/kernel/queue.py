@@ -9,7 +9,7 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from overturning.dem.kernel.ending import CASE_NOT_ENDED
-from overturning.dem.kernel.ground import BaseAccelerationsWithMaximaAhead
+from overturning.dem.kernel.ground import BaseAccelerationsAndMaximaInWindowAhead
 from overturning.dem.kernel.lanes import (
     ALLOCATING_INLINE_OPTIONS,
     COMPILE_OPTIONS,
@@ -56,7 +56,7 @@ class KernelInput(Protocol):
     results: NDArray[np.void]
     """Table to fill, shape (n,), with the columns `status`, `block_steps` (those of earlier runs included) and
     `samples_left_out` (number of samples that were skipped while the case was at rest)."""
-    ground_motion: BaseAccelerationsWithMaximaAhead
+    ground_motion: BaseAccelerationsAndMaximaInWindowAhead
     """Motion of the base."""
 
 

@@ -12,7 +12,7 @@ from overturning.dem.kernel.tuples import table_dtype_of_named_tuples
 from overturning.dem.limits import MAX_PENETRATION_TO_HALF_SIDE_RATIO
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
-from overturning.dem.polygon.prepare import PreparedScene, smallest_free_element_side
+from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingLimits, smallest_free_element_side
 from overturning.model.geometry import (
     MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO,
     PlacedElement,
@@ -29,7 +29,7 @@ class SceneCaseTableRow(NamedTuple):
 
     amplitude_factor: float
     """Factor on the base accelerations of the record."""
-    rest_acceleration_limit_g: float
+    max_base_acceleration_without_motion_g: float
     """Horizontal acceleration over g up to which the scene stays at rest."""
     friction_coefficient_if_law_has_none: float
     """Coefficient of friction of contact laws without one."""
@@ -146,7 +146,9 @@ class SceneArrays(NamedTuple):
     """Acceleration of gravity, m/s²."""
 
 
-def build_scene_arrays(prepared_scenes_by_size_and_damping: list[PreparedScene]) -> SceneArrays:
+def build_scene_arrays(
+    prepared_scenes_by_size_and_damping: list[SceneEquilibriumStiffnessAndRockingLimits],
+) -> SceneArrays:
     """Return the kernel's input arrays for variants of a scene that differ only in size and damping."""
     one = prepared_scenes_by_size_and_damping[0]
     first = np.cumsum([0, *(len(item.shape.convex_parts) for item in one.elements)]).tolist()
@@ -182,7 +184,7 @@ def build_scene_arrays(prepared_scenes_by_size_and_damping: list[PreparedScene])
     )
 
 
-def case_state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
+def case_state_column_at_rest(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> FloatArray:
     """Return the state array's values for one case, with the scene at rest: one column of the array, shape (rows,)."""
     elements = [_element_state_at_rest(prepared_scene, index) for index in range(len(prepared_scene.elements))]
     pieces = convex_pieces_of_each_pair(prepared_scene.elements, prepared_scene.pairs)
@@ -195,7 +197,9 @@ def case_state_column_at_rest(prepared_scene: PreparedScene) -> FloatArray:
     )
 
 
-def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) -> k.ElementState:
+def _element_state_at_rest(
+    prepared_scene: SceneEquilibriumStiffnessAndRockingLimits, element_index: int
+) -> k.ElementState:
     """Return the `ElementState` at rest of the element with number `element_index` in the prepared scene."""
     placed, still = prepared_scene.elements, k.PlanarMotionOrForce(0.0, 0.0, 0.0)
     item, (dx, dz, turn) = placed[element_index], prepared_scene.static_displacements[element_index]
@@ -213,7 +217,7 @@ def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) ->
         else (1.0 / item.mass, 1.0 / item.inertia_about_centre_of_mass, item.mass, 1.0)
     )
     support = placed[prepared_scene.support_element_indices[element_index]]
-    x, z = prepared_scene.base_centres[element_index]
+    x, z = prepared_scene.element_base_midpoints[element_index]
     return k.ElementState(
         pose=pose,
         velocity=still,
@@ -230,15 +234,15 @@ def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) ->
         step_motion_with_work_and_peaks_so_far=k.ElementStepMotionWorkAndPeaks(
             abs_dx_plus_abs_dz_in_step=0.0,
             abs_rotation_in_step=0.0,
-            work_by_base_and_holding_forces_so_far=0.0,
+            work_by_base_and_fixing_forces_so_far=0.0,
             peak_rotation_to_minus_x=max(-turn, 0.0),
             peak_rotation_to_plus_x=max(turn, 0.0),
             last_recoverable_tick_in_sample=-1.0,
-            power_against_inertial_or_holding_forces=0.0,
+            power_against_inertial_or_fixing_forces=0.0,
         ),
-        motion_since_first_pair_suspended=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
+        motion_since_first_contact_test_pause=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
         slip_fall_side_and_last_upright_time=k.ElementSlipFallSideAndLastUprightTime(0.0, 0.0, 0.0, 0.0, 0.0),
-        rest_position=k.ElementRestPoseAndSlipMeasurementPoints(
+        rest_pose_and_slip_measurement_points=k.ElementRestPoseAndSlipMeasurementPoints(
             x - item.centre_of_mass_x,
             z - item.centre_of_mass_z,
             x - support.centre_of_mass_x,
@@ -251,17 +255,22 @@ def _element_state_at_rest(prepared_scene: PreparedScene, element_index: int) ->
 
 
 def _pair_state_at_rest(
-    prepared_scene: PreparedScene, pair_index: int, piece_of_a: PlacedElement, piece_of_b: PlacedElement
+    prepared_scene: SceneEquilibriumStiffnessAndRockingLimits,
+    pair_index: int,
+    piece_of_a: PlacedElement,
+    piece_of_b: PlacedElement,
 ) -> k.PairState:
     """Return the contact state at rest of two convex pieces, one each of elements a and b of the prepared scene."""
     placed, laws, pair = prepared_scene.elements, prepared_scene.pair_contact_laws, prepared_scene.pairs[pair_index]
     tangential = laws.tangential_stiffness[pair_index]
-    ends = [k.PlanarContactPointHistory(0.0, k.CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0)] * 2
+    ends = [k.PlanarContactPointStateAfterLastStep(0.0, k.CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0)] * 2
     for end in prepared_scene.contact_points_loaded_at_rest:
         if end.pair_index == pair_index:
             of_a = _contact_vertex_belongs_to_first_element(piece_of_a, piece_of_b, end.point_number)
             carrier = k.CONTACT_VERTEX_IS_OF_A if of_a else k.CONTACT_VERTEX_IS_OF_B
-            ends[end.point_number] = k.PlanarContactPointHistory(end.tangential_spring_stretch, carrier, 0.0, 0.0, 0.0)
+            ends[end.point_number] = k.PlanarContactPointStateAfterLastStep(
+                end.tangential_spring_stretch, carrier, 0.0, 0.0, 0.0
+            )
     seen, face = k.VertexPositionAtFace(0.0, 0.0), k.ElementFace(0.0, 0.0, 0.0, 0.0, 0.0)
     vertices = k.VertexPositionsAtOtherFace(seen, seen, seen, seen)
     settled = np.inf if is_upright_rectangle_on_wide_driven_ground(placed) else 0.0
@@ -286,9 +295,9 @@ def _pair_state_at_rest(
             max_motion_keeping_nearest_faces=settled,
             max_motion_without_contact=-1.0,
             motion_since_face_search=0.0,
-            max_motion_since_search_at_step_end=0.0,
+            relative_motion_bound_since_search_at_step_end=0.0,
         ),
-        history=k.PairHistory(vertices, ends[0], ends[1], peak_penetration=0.0, absorbed_energy=0.0),
+        history=k.PairContactStateAfterLastStep(vertices, ends[0], ends[1], peak_penetration=0.0, absorbed_energy=0.0),
         signed_mu_of_point_1_or_0_if_sticking=0.0,
         signed_mu_of_point_2_or_0_if_sticking=0.0,
         rest_support_sign_plus_if_a_on_b=float(
@@ -361,7 +370,9 @@ def fall_rotations_to_both_sides(element: PlacedElement) -> tuple[float, float]:
     )
 
 
-def fall_limits_supports_and_overturning_energies(prepared_scene: PreparedScene) -> NDArray[np.void]:
+def fall_limits_supports_and_overturning_energies(
+    prepared_scene: SceneEquilibriumStiffnessAndRockingLimits,
+) -> NDArray[np.void]:
     """Return fall limits, support and energy to overturn by element, shape (elements,).
 
     The rows have the type `ELEMENT_FALL_AND_SUPPORT_DTYPE`.
@@ -381,7 +392,9 @@ def fall_limits_supports_and_overturning_energies(prepared_scene: PreparedScene)
     )
 
 
-def penetration_and_energy_limits_of_case_end(prepared_scene: PreparedScene) -> NDArray[np.void]:
+def penetration_and_energy_limits_of_case_end(
+    prepared_scene: SceneEquilibriumStiffnessAndRockingLimits,
+) -> NDArray[np.void]:
     """Return the penetration and energy limits that end a case of a prepared scene, of type `TERMINATION_LIMITS_DTYPE`.
 
     An element that falls without base motion needs no energy to overturn; its weight times its size then scales the

@@ -196,7 +196,7 @@ def store_fall_sides_and_count_elements(
             continue
         moving += element_kinetic_energy(item)
         slid = slid or abs(item.slip_fall_side_and_last_upright_time.current_slip_on_support) > 0.1 * abs(
-            item.rest_position.base_point_z_in_element_axes
+            item.rest_pose_and_slip_measurement_points.base_point_z_in_element_axes
         )
         if item.slip_fall_side_and_last_upright_time.fall_side == 0.0:
             e[rows.FALL_SIDE_ROW + lane] = fall_side_by_peak_rotation_or_zero(item, fall_and_support_table[i])
@@ -253,11 +253,16 @@ def any_element_can_fall_without_base_motion(
             fall_and_support_table[i].tipping_rotation_to_plus_x < np.inf,
             item.constants.mass * gravity,
         )
-        lift = weight * max(item.pose.z - item.rest_position.centre_z, 0.0) if own else 0.0
+        lift = weight * max(item.pose.z - item.rest_pose_and_slip_measurement_points.centre_z, 0.0) if own else 0.0
         needed = (
             fall_and_support_table[i].energy_needed_to_overturn
             if own
-            else 0.01 * weight * (item.rest_position.centre_z - item.rest_position.fallen_if_centre_z_below)
+            else 0.01
+            * weight
+            * (
+                item.rest_pose_and_slip_measurement_points.centre_z
+                - item.rest_pose_and_slip_measurement_points.fallen_if_centre_z_below
+            )
         )
         if element_kinetic_energy(item) + lift > needed:
             return True
@@ -301,7 +306,7 @@ def fall_side_by_rotation_or_displacement(element: ElementState, fall_limits_of_
     way = (
         element.pose.angle
         if element_has_tipped(element, fall_limits_of_element)
-        else element.pose.x - element.rest_position.centre_x
+        else element.pose.x - element.rest_pose_and_slip_measurement_points.centre_x
     )
     return 1.0 if way > 0.0 or (way == 0.0 and element.pose.angle > 0.0) else -1.0
 
@@ -335,7 +340,8 @@ def element_stands_safely(element: ElementState, energy_needed_to_overturn: floa
     return bool(
         abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_or_fall_angle
         and abs(element.slip_fall_side_and_last_upright_time.current_slip_on_support)
-        < MAX_SAFE_SLIP_OVER_HALF_HEIGHT * abs(element.rest_position.base_point_z_in_element_axes)
+        < MAX_SAFE_SLIP_OVER_HALF_HEIGHT
+        * abs(element.rest_pose_and_slip_measurement_points.base_point_z_in_element_axes)
         and element_kinetic_energy(element) < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * energy_needed_to_overturn
     )
 
@@ -380,7 +386,7 @@ def mark_fallen_and_write_case_results(
     for e in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
         totals, record = item.step_motion_with_work_and_peaks_so_far, item.slip_fall_side_and_last_upright_time
-        work += totals.work_by_base_and_holding_forces_so_far
+        work += totals.work_by_base_and_fixing_forces_so_far
         element_result_rows_of_case[e].overturned = record.fall_side
         element_result_rows_of_case[e].overturning_time = (
             record.last_time_recoverable_and_above_fall_limit if record.fall_side != 0.0 else np.nan

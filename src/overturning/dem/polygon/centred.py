@@ -43,13 +43,11 @@ from overturning.dem.polygon.mechanics import (
 )
 from overturning.dem.polygon.state import (
     ContactPointConstants,
-    PlanarContactPointHistory,
+    PlanarContactPointStateAfterLastStep,
     SceneStateAndConstants,
 )
 
-MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS: Final = (
-    SCENE_STEP_CONTROL.max_step_using_predicted_forces_in_shortest_steps
-)
+MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS: Final = SCENE_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
 """Longest step, over the case's shortest step, that resolves the vibration of the contacts."""
 
 MIN_NORMAL_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25
@@ -57,7 +55,7 @@ MIN_NORMAL_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25
 masses of its elements; a point below it sticks."""
 
 
-class PredictedPlanarContactPoint(NamedTuple):
+class PredictedPlanarContactForceAndState(NamedTuple):
     """Predicted forces and contact state at a contact point of two elements, input of a step's equations."""
 
     normal_force: float
@@ -70,7 +68,7 @@ class PredictedPlanarContactPoint(NamedTuple):
     """True if the point is in contact."""
     slides: bool
     """True if the point slides."""
-    signed_friction_coefficient_undefined_if_sticking: float
+    signed_friction_coefficient_valid_if_sliding: float
     """±μ with the sign of the friction force if the point slides; without meaning if it sticks."""
     normal_force_pushes_sliding_point_out: bool
     """True if a normal force pushes the point out while it slides."""
@@ -82,13 +80,13 @@ add_velocity_to_force_matrices = create_tuple_sum_difference_and_maximum_functio
 @njit(**INLINE_OPTIONS)
 def predict_planar_contact_point(
     contact_law: ContactPointConstants,
-    point_history: PlanarContactPointHistory,
+    point_history: PlanarContactPointStateAfterLastStep,
     previous_signed_friction_coefficient: float,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
     pair_motion_and_inertia: RelativeVelocityAndConstantsOfPair,
     step_resolves_vibration_and_pair_lands_flat: tuple[bool, bool],
-) -> PredictedPlanarContactPoint:
+) -> PredictedPlanarContactForceAndState:
     """Predict contact and friction at a contact point of two elements, for the equations of a step.
 
     In a step that does not resolve the contact vibration, the predicted forces would be too large, and the contact
@@ -135,7 +133,7 @@ def predict_planar_contact_point(
         )
     )
     slides = drifts if held else (excess > 0.0) | (contact_law.friction_coefficient == 0.0)
-    return PredictedPlanarContactPoint(
+    return PredictedPlanarContactForceAndState(
         n,
         t,
         stretch,
@@ -167,8 +165,8 @@ def planar_contact_equation_terms(
     contact_law: ContactPointConstants,
     half_step_time: float,
     contact_point: PlanarContactPoint,
-    predicted_point: PredictedPlanarContactPoint,
-    other_predicted_point: PredictedPlanarContactPoint,
+    predicted_point: PredictedPlanarContactForceAndState,
+    other_predicted_point: PredictedPlanarContactForceAndState,
 ) -> tuple[PairVelocityToForceMatrix, PlanarContactPointForce, float]:
     """Return a contact point's matrix of forces per velocity, its predicted forces, and ±μ if it slides (else 0).
 
@@ -179,7 +177,7 @@ def planar_contact_equation_terms(
         other_predicted_point.is_in_contact & (not other_predicted_point.slides)
     )
     slides = predicted_point.slides & free
-    slid = predicted_point.signed_friction_coefficient_undefined_if_sticking if slides else 0.0
+    slid = predicted_point.signed_friction_coefficient_valid_if_sliding if slides else 0.0
     touches = predicted_point.is_in_contact
     press = contact_law.dashpot_coefficient + half_step_time * contact_law.normal_stiffness if touches else 0.0
     stick = contact_law.dashpot_coefficient + half_step_time * contact_law.tangential_stiffness if touches else 0.0

@@ -40,7 +40,7 @@ from overturning.dem.polygon.mechanics import (
 from overturning.dem.polygon.state import (
     CONTACT_POINT_IS_OPEN,
     ContactPointConstants,
-    PlanarContactPointHistory,
+    PlanarContactPointStateAfterLastStep,
     StepContactChangesAsFloats,
     VertexPositionAtFace,
     VertexPositionsAtOtherFace,
@@ -69,7 +69,7 @@ class SolvedPlanarContactPoint(NamedTuple):
 @njit(**INLINE_OPTIONS)
 def solved_planar_contact_point(
     contact_law: ContactPointConstants,
-    point_history: PlanarContactPointHistory,
+    point_history: PlanarContactPointStateAfterLastStep,
     contact_point: PlanarContactPoint,
     predicted_stretch_and_assumed_friction: PredictedStretchAndAssumedFriction,
     predicted_motion_and_velocity_correction: tuple[
@@ -267,7 +267,7 @@ def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> 
             rows.load_scene_state(scene_state_rows, j).step_acceptance,
         )
         rows.store_contact_history_unless_rejected(
-            pair_state_rows, j, decision.is_rejected > 0.0, step.history_after_step
+            pair_state_rows, j, decision.positive_if_rejected > 0.0, step.contact_state_after_step
         )
         pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,

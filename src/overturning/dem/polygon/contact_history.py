@@ -13,7 +13,7 @@ from overturning.dem.polygon.state import (
     CONTACT_VERTEX_IS_OF_B,
     ElementFace,
     PairState,
-    PlanarContactPointHistory,
+    PlanarContactPointStateAfterLastStep,
     Pose,
 )
 
@@ -22,12 +22,12 @@ from overturning.dem.polygon.state import (
 def reset_contact_history(pair_state_rows: Any, lane: int) -> None:
     """Reset both contact points of two elements to no contact and no force, for the case in column `lane`."""
     rows.store_point_1_history(
-        pair_state_rows, lane, PlanarContactPointHistory(0.0, CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0)
+        pair_state_rows, lane, PlanarContactPointStateAfterLastStep(0.0, CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0)
     )
     rows.store_point_1_history(
         pair_state_rows,
         lane + rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
-        PlanarContactPointHistory(0.0, CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0),
+        PlanarContactPointStateAfterLastStep(0.0, CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0),
     )
 
 
@@ -93,7 +93,7 @@ def transfer_contact_history_to_new_faces(
             rows.store_point_1_history(
                 pair_state_rows,
                 lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
-                PlanarContactPointHistory(
+                PlanarContactPointStateAfterLastStep(
                     old.tangential_spring_stretch, CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES, n, t, 0.0
                 ),
             )
@@ -172,5 +172,7 @@ def set_pair_forces_at_rest(pair_state_rows: Any, lane: int) -> None:
             rows.store_point_1_history(
                 pair_state_rows,
                 lane + end * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
-                PlanarContactPointHistory(old.tangential_spring_stretch, old.contact_vertex_status_code, n, t, 0.0),
+                PlanarContactPointStateAfterLastStep(
+                    old.tangential_spring_stretch, old.contact_vertex_status_code, n, t, 0.0
+                ),
             )

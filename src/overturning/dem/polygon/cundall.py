@@ -28,7 +28,7 @@ from overturning.dem.polygon.mechanics import (
     extrapolate_velocity,
     friction_force_and_its_limit_and_slip_flag,
     pair_history_after_step,
-    power_against_inertial_or_holding_forces,
+    power_against_inertial_or_fixing_forces,
     sum_contact_point_forces,
     trial_tangential_spring_stretch,
     velocity_of_a_relative_to_b,
@@ -37,7 +37,7 @@ from overturning.dem.polygon.search import update_nearest_faces_and_check_possib
 from overturning.dem.polygon.state import (
     ContactPointConstants,
     ElementStepMotionWorkAndPeaks,
-    PlanarContactPointHistory,
+    PlanarContactPointStateAfterLastStep,
     PlanarMotionOrForce,
 )
 from overturning.dem.polygon.suspended_pairs import (
@@ -58,7 +58,7 @@ class SceneCundallSchemeConstants(NamedTuple):
 @njit(**INLINE_OPTIONS)
 def planar_contact_point_result_of_cundall_step(
     contact_law: ContactPointConstants,
-    point_history: PlanarContactPointHistory,
+    point_history: PlanarContactPointStateAfterLastStep,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
     steps_per_second: float,
@@ -176,7 +176,7 @@ def advance_element_motion_one_step(
             )
         a = element_acceleration_relative_to_base(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
-        work = old.work_by_base_and_holding_forces_so_far - dt * power_against_inertial_or_holding_forces(
+        work = old.work_by_base_and_fixing_forces_so_far - dt * power_against_inertial_or_fixing_forces(
             item, ground, lift, extrapolate_velocity(item.velocity, a, half)
         )
         pose = extrapolate_pose(item.pose, v, dt)

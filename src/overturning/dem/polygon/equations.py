@@ -35,10 +35,10 @@ from overturning.dem.polygon.submatrices import (
 class PairSubmatrices(NamedTuple):
     """Four equation submatrices of elements a and b, each for the forces on one of them by the velocity of one."""
 
-    force_on_a_by_velocity_of_a: Any
-    force_on_a_by_velocity_of_b: Any
-    force_on_b_by_velocity_of_a: Any
-    force_on_b_by_velocity_of_b: Any
+    submatrix_in_row_of_a_and_column_of_a: Any
+    submatrix_in_row_of_a_and_column_of_b: Any
+    submatrix_in_row_of_b_and_column_of_a: Any
+    submatrix_in_row_of_b_and_column_of_b: Any
 
 
 IGNORED_BASE_SUBMATRIX_COUNT: Final = len(PairSubmatrices._fields)
@@ -126,28 +126,28 @@ def add_pair_contact_matrix_to_equation_submatrices(
     ba = EquationSubmatrix(xx, xz, xa, zx, zz, za, bx, bz, m.moment_on_b_per_angular_velocity_a)
     bb = EquationSubmatrix(xx, xz, xb, zx, zz, zb, bx, bz, m.moment_on_b_per_negated_angular_velocity_b)
     subtract_terms_from_submatrix(
-        pair_equation_submatrices.force_on_a_by_velocity_of_a,
+        pair_equation_submatrices.submatrix_in_row_of_a_and_column_of_a,
         lane,
         unset_flags_of_submatrices_aa_ab_bb[0],
         1.0,
         scale_by_half_step_over_mass_and_inertia(aa, constants_of_a, -half_step_time),
     )
     subtract_terms_from_submatrix(
-        pair_equation_submatrices.force_on_a_by_velocity_of_b,
+        pair_equation_submatrices.submatrix_in_row_of_a_and_column_of_b,
         lane,
         unset_flags_of_submatrices_aa_ab_bb[1],
         0.0,
         scale_by_half_step_over_mass_and_inertia(ab, constants_of_a, half_step_time),
     )
     subtract_terms_from_submatrix(
-        pair_equation_submatrices.force_on_b_by_velocity_of_a,
+        pair_equation_submatrices.submatrix_in_row_of_b_and_column_of_a,
         lane,
         unset_flags_of_submatrices_aa_ab_bb[1],
         0.0,
         scale_by_half_step_over_mass_and_inertia(ba, constants_of_b, half_step_time),
     )
     subtract_terms_from_submatrix(
-        pair_equation_submatrices.force_on_b_by_velocity_of_b,
+        pair_equation_submatrices.submatrix_in_row_of_b_and_column_of_b,
         lane,
         unset_flags_of_submatrices_aa_ab_bb[2],
         1.0,

@@ -11,7 +11,7 @@ from overturning.dem.polygon.state import (
     ElementFace,
     ElementState,
     PairState,
-    PlanarContactPointHistory,
+    PlanarContactPointStateAfterLastStep,
     Pose,
     VertexPositionAtFace,
     VertexPositionsAtOtherFace,
@@ -302,7 +302,8 @@ def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> Contact
         pair,
         pose_a,
         pose_b,
-        pair.nearest_faces.max_motion_since_search_at_step_end >= pair.nearest_faces.max_motion_without_contact,
+        pair.nearest_faces.relative_motion_bound_since_search_at_step_end
+        >= pair.nearest_faces.max_motion_without_contact,
     )
 
 
@@ -388,7 +389,7 @@ def pose_extrapolated_back_in_time(element: ElementState, time_before_present: f
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_vertex_position(
-    point_history: PlanarContactPointHistory,
+    point_history: PlanarContactPointStateAfterLastStep,
     point_index_0_or_1: int,
     face_vertex_positions: VertexPositionsAtOtherFace,
 ) -> VertexPositionAtFace:

@@ -17,8 +17,8 @@ from overturning.dem.polygon.state import (
     CONTACT_POINT_IS_OPEN,
     ContactPointConstants,
     ElementConstants,
-    PairHistory,
-    PlanarContactPointHistory,
+    PairContactStateAfterLastStep,
+    PlanarContactPointStateAfterLastStep,
 )
 
 
@@ -34,7 +34,7 @@ class RelativeVelocityAndConstantsOfPair(NamedTuple):
 @njit(**INLINE_OPTIONS)
 def contact_point_lands_in_this_impact(
     contact_law: ContactPointConstants,
-    point_history: PlanarContactPointHistory,
+    point_history: PlanarContactPointStateAfterLastStep,
     contact_point: PlanarContactPoint,
     pair_motion_and_inertia: RelativeVelocityAndConstantsOfPair,
 ) -> bool:
@@ -61,7 +61,7 @@ def contact_point_lands_in_this_impact(
 @njit(**INLINE_OPTIONS)
 def pair_lands_flat(
     contact_law: ContactPointConstants,
-    pair_history: PairHistory,
+    pair_history: PairContactStateAfterLastStep,
     contact_segment: ContactSegment,
     pair_motion_and_inertia: RelativeVelocityAndConstantsOfPair,
 ) -> bool:

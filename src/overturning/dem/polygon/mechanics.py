@@ -18,8 +18,8 @@ from overturning.dem.polygon.state import (
     CONTACT_VERTEX_IS_OF_B,
     ContactPointConstants,
     ElementState,
-    PairHistory,
-    PlanarContactPointHistory,
+    PairContactStateAfterLastStep,
+    PlanarContactPointStateAfterLastStep,
     PlanarMotionOrForce,
     Pose,
     VertexPositionsAtOtherFace,
@@ -145,7 +145,7 @@ def extrapolate_pose(pose: Pose, velocity: PlanarMotionOrForce, duration: float)
 
 
 @njit(**INLINE_OPTIONS)
-def power_against_inertial_or_holding_forces(
+def power_against_inertial_or_fixing_forces(
     element: ElementState,
     horizontal_base_acceleration: float,
     upward_base_acceleration: float,
@@ -169,7 +169,7 @@ def owner_code_of_contact_vertex(contact_point: PlanarContactPoint) -> float:
 
 @njit(**INLINE_OPTIONS)
 def trial_tangential_spring_stretch(
-    point_history: PlanarContactPointHistory,
+    point_history: PlanarContactPointStateAfterLastStep,
     contact_point: PlanarContactPoint,
     contact_segment: ContactSegment,
     tangential_compliance_or_zero_without_spring: float,
@@ -317,13 +317,13 @@ def friction_force_and_its_limit_and_slip_flag(
 
 @njit(**INLINE_OPTIONS)
 def contact_point_history_after_step(
-    point_history: PlanarContactPointHistory,
-    other_point_history: PlanarContactPointHistory,
+    point_history: PlanarContactPointStateAfterLastStep,
+    other_point_history: PlanarContactPointStateAfterLastStep,
     contact_point: PlanarContactPoint,
     point_result: PlanarContactPointResult,
     contact_law: ContactPointConstants,
     step_duration: float,
-) -> PlanarContactPointHistory:
+) -> PlanarContactPointStateAfterLastStep:
     """Return the state of a contact point of two elements after a step, from its result and both earlier states.
 
     The landing of a point that touches now ends together with that of the other point, if that one is already in
@@ -340,7 +340,7 @@ def contact_point_history_after_step(
         else begun
     )
     carrier = owner_code_of_contact_vertex(contact_point) if point_result.is_in_contact else CONTACT_POINT_IS_OPEN
-    return PlanarContactPointHistory(
+    return PlanarContactPointStateAfterLastStep(
         point_result.force.tangential_spring_stretch,
         carrier,
         point_result.force.normal_force,
@@ -351,7 +351,9 @@ def contact_point_history_after_step(
 
 @njit(**INLINE_OPTIONS)
 def twice_energy_absorbed_at_contact_point(
-    point_history: PlanarContactPointHistory, contact_point: PlanarContactPoint, point_result: PlanarContactPointResult
+    point_history: PlanarContactPointStateAfterLastStep,
+    contact_point: PlanarContactPoint,
+    point_result: PlanarContactPointResult,
 ) -> float:
     """Return twice the energy (J) that the contact at a contact point of two elements absorbed in a step."""
     value = (point_history.normal_force + point_result.force.normal_force) * (
@@ -366,13 +368,13 @@ def twice_energy_absorbed_at_contact_point(
 
 @njit(**INLINE_OPTIONS)
 def pair_history_after_step(
-    pair_history: PairHistory,
+    pair_history: PairContactStateAfterLastStep,
     contact_segment: ContactSegment,
     face_vertex_positions: VertexPositionsAtOtherFace,
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
     contact_law: ContactPointConstants,
     step_duration: float,
-) -> PairHistory:
+) -> PairContactStateAfterLastStep:
     """Return the contact state of two elements after a step that ends with the given vertex positions."""
     s1, s2 = point_results
     deepest = updated_maximum(pair_history.peak_penetration, s1.penetration if s1.is_in_contact else 0.0)
@@ -381,7 +383,7 @@ def pair_history_after_step(
         twice_energy_absorbed_at_contact_point(pair_history.point_1, contact_segment.point_1, s1)
         + twice_energy_absorbed_at_contact_point(pair_history.point_2, contact_segment.point_2, s2)
     )
-    return PairHistory(
+    return PairContactStateAfterLastStep(
         face_vertex_positions,
         contact_point_history_after_step(
             pair_history.point_1, pair_history.point_2, contact_segment.point_1, s1, contact_law, step_duration

@@ -17,7 +17,7 @@ from overturning.dem.polygon.contact_history import (
     contact_vertex_position_from_centre_of_a,
     normal_force_direction_on_element_a,
 )
-from overturning.dem.polygon.prepare import PreparedScene
+from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingLimits
 from overturning.dem.polygon.state import CONTACT_POINT_IS_OPEN, CONTACT_VERTEX_IS_OF_A
 
 TIME_COLUMN, BASE_ACCELERATION_COLUMN = range(2)
@@ -94,7 +94,7 @@ def add_first_case_contact_forces_to_trajectory(
             trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_Z_COLUMN] += n * (a.z + rz)
 
 
-def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
+def count_trajectory_columns(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> int:
     """Return the number of columns of the trajectory of a scene."""
     return (
         2
@@ -103,7 +103,9 @@ def count_trajectory_columns(prepared_scene: PreparedScene) -> int:
     )
 
 
-def planar_trajectory_of_scene(prepared_scene: PreparedScene, trajectory_rows: FloatArray) -> PlanarSceneTrajectory:
+def planar_trajectory_of_scene(
+    prepared_scene: SceneEquilibriumStiffnessAndRockingLimits, trajectory_rows: FloatArray
+) -> PlanarSceneTrajectory:
     """Convert the kernel's trajectory rows of a scene to a `PlanarSceneTrajectory`."""
     placed, ends = prepared_scene.elements, 2 * len(prepared_scene.pairs)
     poses_end = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(placed)

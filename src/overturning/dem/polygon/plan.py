@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import SCENE_STEP_CONTROL
 from overturning.dem.limits import MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD
-from overturning.dem.numerics import BLOCK_STEP_COST_OF_ELEMENT_STEP, NumericalOptions
+from overturning.dem.numerics import ELEMENT_STEP_COST_IN_BLOCK_STEPS, NumericalOptions
 from overturning.dem.path import PlanarSceneTrajectory
 from overturning.dem.plan import SimulationPlan, azimuth_row_by_case_and_base_accelerations, check_trajectory_size
 from overturning.dem.polygon import arrays as t
@@ -22,7 +22,7 @@ from overturning.dem.polygon.path import (
     count_trajectory_columns,
     planar_trajectory_of_scene,
 )
-from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
+from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingLimits, prepare_scene
 from overturning.dem.polygon.rows import PARALLEL_CASE_COUNT
 from overturning.dem.polygon.rules import SCHEME_CONSTANTS, SceneKernelInput
 from overturning.dem.quiet import (
@@ -57,14 +57,14 @@ after another element has fallen."""
 class PolygonSimulationPlan(SimulationPlan):
     """Plan of the simulation of n cases of a scene of polygons."""
 
-    split_long_queues: ClassVar[bool] = True
-    block_step_cost_per_step: ClassVar[int] = BLOCK_STEP_COST_OF_ELEMENT_STEP
+    shares_long_queue_between_two_threads: ClassVar[bool] = True
+    step_cost_in_block_steps: ClassVar[int] = ELEMENT_STEP_COST_IN_BLOCK_STEPS
     index_or_field_name_of_trajectory_time: ClassVar[Any] = (..., TIME_COLUMN)
-    base_acceleration_columns: ClassVar[Any] = ((..., BASE_ACCELERATION_COLUMN),)
+    trajectory_columns_of_base_acceleration: ClassVar[Any] = ((..., BASE_ACCELERATION_COLUMN),)
 
     model: PlanarModel
     scheme: IntegrationScheme
-    prepared_scenes_by_size_and_damping: list[PreparedScene]  # the scene at each size
+    prepared_scenes_by_size_and_damping: list[SceneEquilibriumStiffnessAndRockingLimits]  # the scene at each size
     scene_variant_index_by_case: NDArray[np.int64]  # shape (n,): index of each case's variant
     rocking_groups_immovable_from_sample: FloatArray  # see `SceneKernelInput`
     scene_arrays: t.SceneArrays
@@ -160,7 +160,7 @@ class PolygonSimulationPlan(SimulationPlan):
         rest[:, poses_end:] = np.nan
         rest[:, TIME_COLUMN] = np.arange(sample_count) * self.motion.sampling_interval
         rest[:, BASE_ACCELERATION_COLUMN] = (
-            self.base_accelerations[0, :sample_count] * self.case_table[0]["amplitude_factor"]
+            self.base_accelerations_by_direction[0, :sample_count] * self.case_table[0]["amplitude_factor"]
         )
         for index, item in enumerate(prepared.elements):
             pose = np.array([item.centre_of_mass_x, item.centre_of_mass_z, 0.0]) + prepared.static_displacements[index]
@@ -227,13 +227,15 @@ def plan_scene_simulation(
         if scheme == IntegrationScheme.CENTRED:
             # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
             rest_limit = _rest_acceleration_limits_g_of_cases(variants, variant, cases, onset, motion.sampling_interval)
-            table["rest_acceleration_limit_g"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
+            table["max_base_acceleration_without_motion_g"] = rest_limit * (
+                share if motion.up is None else float(share >= 1.0)
+            )
         table["first_simulated_sample"] = first
         table["cannot_start_moving_from_sample"] = np.where(onset <= 0, np.inf, calm)
         groups_immovable_from = _samples_from_which_rocking_element_groups_stay_at_rest(variants, variant, cases, quiet)
     return PolygonSimulationPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, motion_row_by_case=row,
-        base_accelerations=ground, steps_per_sample=per_sample[variant] * numerics.refinement,
+        base_accelerations_by_direction=ground, steps_per_sample=per_sample[variant] * numerics.refinement,
         first_simulated_sample=first, stays_at_rest=stays_at_rest,
         has_too_soft_contacts=np.array([item.has_too_soft_contacts_or_invalid_placement for item in variants])[variant],
         prepared_scenes_by_size_and_damping=variants, scene_variant_index_by_case=variant,
@@ -243,7 +245,7 @@ def plan_scene_simulation(
 
 
 def _samples_from_which_rocking_element_groups_stay_at_rest(
-    prepared_scenes_by_size_and_damping: list[PreparedScene],
+    prepared_scenes_by_size_and_damping: list[SceneEquilibriumStiffnessAndRockingLimits],
     scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,
     find_simulated_samples_by_onset_acceleration_g: Callable[
@@ -280,7 +282,7 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
 
 
 def _rest_acceleration_limits_g_of_cases(
-    prepared_scenes_by_size_and_damping: list[PreparedScene],
+    prepared_scenes_by_size_and_damping: list[SceneEquilibriumStiffnessAndRockingLimits],
     scene_variant_index_by_case: NDArray[np.int64],
     cases: Cases,
     no_movement_below_acceleration_g_by_case: FloatArray,
@@ -358,7 +360,7 @@ def steps_per_sample_shortest_step_auto_to_requested_ratio(
 
 
 def _check_stiffness_limit_and_equal_pairs(
-    scene: Scene, prepared_scenes_by_size_and_damping: list[PreparedScene]
+    scene: Scene, prepared_scenes_by_size_and_damping: list[SceneEquilibriumStiffnessAndRockingLimits]
 ) -> None:
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""
     for item in prepared_scenes_by_size_and_damping:

@@ -25,7 +25,7 @@ from overturning.dem.polygon.statics import (
     static_equilibrium,
 )
 from overturning.model.geometry import (
-    ConvexPiecePair,
+    ConvexPiecePairIndices,
     PlacedElement,
     convex_piece_pairs_with_movable_element,
     first_overlap_or_support_error_message,
@@ -36,12 +36,12 @@ from overturning.model.scene import Scene
 
 
 @dataclass(frozen=True)
-class PreparedScene:
+class SceneEquilibriumStiffnessAndRockingLimits:
     """Scene of one size: static equilibrium, contact constants, and base accelerations at which motion starts."""
 
     scene: Scene
     elements: list[PlacedElement]
-    pairs: list[ConvexPiecePair]  # elements, or their convex pieces, that can meet
+    pairs: list[ConvexPiecePairIndices]  # elements, or their convex pieces, that can meet
     pair_contact_laws: ContactConstantsByPair
     static_displacements: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `elements`
     contact_points_loaded_at_rest: list[LoadedContactPoint]  # contact points that carry load at rest
@@ -58,9 +58,9 @@ class PreparedScene:
     )
     overturning_energies: FloatArray  # shape (elements,): energy to overturn each free element, J
     support_element_indices: NDArray[np.int64]  # (elements,): first element that carries it, or its own index
-    base_centres: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
+    element_base_midpoints: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
     carrier_indices_by_element: list[set[int]]  # elements that carry each element at rest
-    has_valid_placement: bool  # False if an element overlaps another or hangs in the air at this B/H
+    has_no_overlapping_or_floating_element: bool  # False if an element overlaps another or hangs in the air at this B/H
 
     @property
     def free_element_indices(self) -> NDArray[np.int64]:
@@ -116,7 +116,7 @@ class PreparedScene:
     @property
     def has_too_soft_contacts_or_invalid_placement(self) -> bool:
         """True if no case can have an outcome: at rest, penetration is too large, or elements overlap or float."""
-        return self.static_penetration_exceeds_limit or not self.has_valid_placement
+        return self.static_penetration_exceeds_limit or not self.has_no_overlapping_or_floating_element
 
     @property
     def shortest_rocking_time_constant(self) -> float:
@@ -142,7 +142,7 @@ class PreparedScene:
         """Slip (m) at which each element leaves the edge of the ground; infinite for elements that stand on others."""
         ground = wide_ground_element_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.elements]
-        supports, centres = self.support_element_indices, self.base_centres
+        supports, centres = self.support_element_indices, self.element_base_midpoints
         places = [item.centre_of_mass_x for item in self.elements]
         return np.array([far[on] - abs(x - places[on]) for on, (x, _) in zip(supports, centres, strict=True)])
 
@@ -175,7 +175,7 @@ class PreparedScene:
 
 def prepare_scene(
     scene: Scene, reference_element_height: float | None = None, reference_element_b_over_h: float | None = None
-) -> PreparedScene:
+) -> SceneEquilibriumStiffnessAndRockingLimits:
     """Compute equilibrium, contact constants and onset of motion of a scene with the given reference element.
 
     Its height (m) and B/H are those of the scene file where they are None.
@@ -200,7 +200,7 @@ def prepare_scene(
     tips, critical, barrier, support, base = _tipping_angles_energies_and_supports(
         scene, placed, stands, _mask_of_elements_with_parallel_contact_normals(placed, pairs, bearing)
     )
-    return PreparedScene(
+    return SceneEquilibriumStiffnessAndRockingLimits(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
         *largest_spring_and_dashpot_eigenvalues(placed, pairs, joints, laws),
         lowest_omega_squared_on_springs(placed, joints, laws),
@@ -259,7 +259,7 @@ MIN_TIPPING_ANGLE_OF_STANDING_ELEMENT_RAD: Final = 1e-6
 
 
 def _loaded_contact_points_by_element_and_carrier(
-    elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
+    elements: Elements, pairs: list[ConvexPiecePairIndices], loaded_points: list[LoadedContactPoint]
 ) -> LoadedContactPointsByElementAndCarrier:
     """Return the loaded contact points of each free element, by the element that carries it there at rest."""
     result: LoadedContactPointsByElementAndCarrier = {}
@@ -272,7 +272,7 @@ def _loaded_contact_points_by_element_and_carrier(
 
 
 def _mask_of_elements_with_parallel_contact_normals(
-    elements: Elements, pairs: list[ConvexPiecePair], loaded_points: list[LoadedContactPoint]
+    elements: Elements, pairs: list[ConvexPiecePairIndices], loaded_points: list[LoadedContactPoint]
 ) -> NDArray[np.bool_]:
     """Return a mask of the free elements that stand freely: all their loaded contacts have parallel normals.
 
@@ -301,7 +301,10 @@ def _tipping_angles_energies_and_supports(
     supports: LoadedContactPointsByElementAndCarrier,
     parallel_contact_normals_element_mask: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Return tipping angles, critical angles, overturning energies, supports and base centres (see `PreparedScene`)."""
+    """Return tipping angles, critical angles, overturning energies, supports and base centres.
+
+    See `SceneEquilibriumStiffnessAndRockingLimits`.
+    """
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.centre_of_mass_x, item.centre_of_mass_z] for item in elements])

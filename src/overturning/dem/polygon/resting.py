@@ -10,7 +10,12 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTION
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import find_contact_segment_open_unless_may_touch
-from overturning.dem.polygon.state import CONTACT_POINT_IS_OPEN, ElementState, PairState, PlanarContactPointHistory
+from overturning.dem.polygon.state import (
+    CONTACT_POINT_IS_OPEN,
+    ElementState,
+    PairState,
+    PlanarContactPointStateAfterLastStep,
+)
 
 MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its contacts then carry
@@ -37,7 +42,7 @@ def element_has_tipped_or_dropped(element: ElementState, fall_limits_of_element:
     """True if an element has rotated beyond the angle from which it can return, or dropped below its fall limit."""
     return bool(
         element_has_tipped(element, fall_limits_of_element)
-        or element.pose.z < element.rest_position.fallen_if_centre_z_below
+        or element.pose.z < element.rest_pose_and_slip_measurement_points.fallen_if_centre_z_below
     )
 
 
@@ -135,7 +140,7 @@ def any_element_can_still_land(
 
 
 @njit(**INLINE_OPTIONS)
-def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointHistory) -> bool:
+def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointStateAfterLastStep) -> bool:
     """True if a contact point of two elements slides: its friction force has reached the limit."""
     return bool(
         point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN
@@ -168,8 +173,8 @@ def longest_time_until_sliding_stops(case_states: Any, lane: int, scene_arrays: 
         upper, lower = (a, b) if pair.rest_support_sign_plus_if_a_on_b > 0.0 else (b, a)
         one, on = rows.load_element_state(upper, lane), rows.load_element_state(lower, lane)
         speed = horizontal_velocity_above_centre(
-            one, one.rest_position.base_point_z_in_element_axes
-        ) - horizontal_velocity_above_centre(on, one.rest_position.base_point_z_in_support_axes)
+            one, one.rest_pose_and_slip_measurement_points.base_point_z_in_element_axes
+        ) - horizontal_velocity_above_centre(on, one.rest_pose_and_slip_measurement_points.base_point_z_in_support_axes)
         deceleration = scene_arrays.gravity * pair.contact_law.friction_coefficient
         if speed * speed >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * deceleration > 0.0:
             longest = max(longest, abs(speed) / deceleration)
@@ -200,13 +205,13 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
         scene_arrays.fall_and_support_table[int(case.scene_variant_index)],
         case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks,
     )
-    if case.step_acceptance.is_rejected > 0.0:
+    if case.step_acceptance.positive_if_rejected > 0.0:
         return False
     for i in range(elements.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if elements[i].is_free == 0.0:
             continue
-        height = abs(item.rest_position.base_point_z_in_element_axes)
+        height = abs(item.rest_pose_and_slip_measurement_points.base_point_z_in_element_axes)
         tilt, slip = abs(item.pose.angle), abs(item.slip_fall_side_and_last_upright_time.current_slip_on_support)
         if (
             item.slip_fall_side_and_last_upright_time.fall_side != 0.0
@@ -217,7 +222,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
             return False
         v, a = item.velocity, item.acceleration
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.angular), abs(a.x) + abs(a.z) + height * abs(a.angular)
-        if not body_is_still(speed, change, step, case.rest_acceleration_limit_g):
+        if not body_is_still(speed, change, step, case.max_base_acceleration_without_motion_g):
             return False
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)

@@ -22,7 +22,7 @@ from overturning.dem.polygon.faces import ContactSegment
 from overturning.dem.polygon.mechanics import PredictedStretchAndAssumedFriction
 from overturning.dem.polygon.state import (
     ElementState,
-    PairHistory,
+    PairContactStateAfterLastStep,
     PairState,
     SceneStateAndConstants,
     StepContactChangesAsFloats,
@@ -32,19 +32,19 @@ PARALLEL_CASE_COUNT: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
 
 
-class PairIntermediateStepResults(NamedTuple):
+class PairContactResultsDuringStep(NamedTuple):
     """Intermediate contact results for two elements in a centred-scheme step, from prediction to solution."""
 
     contact_segment: ContactSegment
     predicted_stretch_and_friction_at_point_1: PredictedStretchAndAssumedFriction
     predicted_stretch_and_friction_at_point_2: PredictedStretchAndAssumedFriction
-    history_after_step: PairHistory
+    contact_state_after_step: PairContactStateAfterLastStep
     """History at the end of the step, used only if the step is accepted."""
 
 
 CASE_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, SceneStateAndConstants)
 ELEMENT_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ElementState)
-PAIR_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, PairState, PairIntermediateStepResults)
+PAIR_ROW_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, PairState, PairContactResultsDuringStep)
 VALUE_COUNT_PER_CASE_IN_ALL_LANES, VALUE_COUNT_PER_ELEMENT_IN_ALL_LANES, VALUE_COUNT_PER_PAIR_IN_ALL_LANES = (
     CASE_ROW_LAYOUT.array_length,
     ELEMENT_ROW_LAYOUT.array_length,
@@ -82,13 +82,13 @@ _, store_step_motion_work_and_peaks, store_step_motion_work_and_peaks_unless_rej
     ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "step_motion_with_work_and_peaks_so_far")
 )
 _, store_motion_since_contact_tests_paused, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
-    ElementState, "motion_since_first_pair_suspended"
+    ElementState, "motion_since_first_contact_test_pause"
 )
 _, store_slip_and_fall_state, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
     ElementState, "slip_fall_side_and_last_upright_time"
 )
 load_rest_pose_and_slip_points, store_rest_pose_and_slip_points, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
-    ElementState, "rest_position"
+    ElementState, "rest_pose_and_slip_measurement_points"
 )
 load_pair_state, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
 _, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_a")
@@ -105,29 +105,29 @@ _, store_previous_vertex_positions, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairState, "history.previous_vertex_positions"
 )
 load_point_1_history, store_point_1_history, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "history.point_1")
-load_intermediate_step_results, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairIntermediateStepResults)
+load_intermediate_step_results, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairContactResultsDuringStep)
 _, store_contact_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
-    PairIntermediateStepResults,
+    PairContactResultsDuringStep,
     "contact_segment",
     ("cosine_of_angle_between_outward_normals", "sine_of_angle_between_outward_normals", "is_in_contact"),
 )
 _, store_stretch_and_assumed_friction_at_point_1, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
-    PairIntermediateStepResults, "predicted_stretch_and_friction_at_point_1"
+    PairContactResultsDuringStep, "predicted_stretch_and_friction_at_point_1"
 )
 _, store_stretch_and_assumed_friction_at_point_2, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
-    PairIntermediateStepResults, "predicted_stretch_and_friction_at_point_2"
+    PairContactResultsDuringStep, "predicted_stretch_and_friction_at_point_2"
 )
 _, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
-    PairIntermediateStepResults, "history_after_step"
+    PairContactResultsDuringStep, "contact_state_after_step"
 )
 
 # Rows that are accessed singly.
 _SINGLY_ACCESSED_CASE_FIELD_PATHS = (
     "base_acceleration.ticks_since_sample_start current_sample initial_energy scene_variant_index "
     "interval_index_of_last_case_end_test "
-    "latest_case_end_while_still_sliding.end_sample_while_sliding_or_zero_if_unknown "
+    "last_sample_of_continued_sliding_case.end_sample_while_sliding_or_zero_if_unknown "
     "current_step_length_and_repetitions.length_in_ticks "
-    "contact_changes.contact_or_nearest_faces_changed step_acceptance.is_rejected"
+    "contact_changes.contact_or_nearest_faces_changed step_acceptance.positive_if_rejected"
 )
 (
     TICKS_SINCE_SAMPLE_START_ROW,
@@ -159,7 +159,7 @@ LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_f
 )
 _PAIR_FIELD_PATHS_OF_ROW_OFFSETS = (
     "nearest_faces.max_motion_keeping_nearest_faces nearest_faces.max_motion_without_contact "
-    "nearest_faces.motion_since_face_search nearest_faces.max_motion_since_search_at_step_end "
+    "nearest_faces.motion_since_face_search nearest_faces.relative_motion_bound_since_search_at_step_end "
     "signed_mu_of_point_1_or_0_if_sticking signed_mu_of_point_2_or_0_if_sticking history.absorbed_energy"
 )
 (

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.ending import CASE_NOT_ENDED
 from overturning.dem.kernel.ground import (
-    BaseAccelerationsWithMaximaAhead,
+    BaseAccelerationsAndMaximaInWindowAhead,
     count_skippable_samples,
     is_rest_check_sample,
     linear_base_acceleration_of_sample,
@@ -58,13 +58,13 @@ from overturning.model.status import CaseStatus
 
 SCHEME_CONSTANTS: Final[dict[IntegrationScheme, Any]] = {
     IntegrationScheme.CUNDALL: cundall.SceneCundallSchemeConstants(),
-    IntegrationScheme.CENTRED: step.SceneCentredSchemeConstants(),
+    IntegrationScheme.CENTRED: step.CentredSchemeLagAndTicksPerStep(),
 }
 """Constants of each scheme; their type selects the step function."""
 
 STEP_FUNCTION_BY_SCHEME_CONSTANTS_TYPE: Final = {
     cundall.SceneCundallSchemeConstants: cundall.advance_scene_one_step,
-    step.SceneCentredSchemeConstants: step.advance_scene_one_step,
+    step.CentredSchemeLagAndTicksPerStep: step.advance_scene_one_step,
 }
 
 
@@ -78,7 +78,7 @@ class SceneKernelInput(NamedTuple):
     """Row of the base acceleration for each case, shape (cases,)."""
     results: NDArray[np.void]
     """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
-    ground_motion: BaseAccelerationsWithMaximaAhead
+    ground_motion: BaseAccelerationsAndMaximaInWindowAhead
     scheme_constants: Any
     """Constants of the scheme, from `SCHEME_CONSTANTS`."""
     rocking_groups_immovable_from_sample: FloatArray
@@ -356,11 +356,15 @@ def skip_samples_too_weak_to_move_resting_cases(
         long = case.current_step_length_and_repetitions.length_in_ticks >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
         quiet = long and next_window_motion_is_below_rest_limit(
-            ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
+            ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.max_base_acceleration_without_motion_g
         )
         if quiet and all_elements_at_rest_in_initial_position(state, j, scene):
             samples = count_skippable_samples(
-                ground, row[case_index_by_lane[j]], now, case.amplitude_factor, case.rest_acceleration_limit_g
+                ground,
+                row[case_index_by_lane[j]],
+                now,
+                case.amplitude_factor,
+                case.max_base_acceleration_without_motion_g,
             )
             state[rows.CURRENT_SAMPLE_ROW + j] += samples
             skipped_sample_count_by_lane_out[j] += samples

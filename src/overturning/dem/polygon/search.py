@@ -256,8 +256,8 @@ def nearest_faces_will_change(
     )
     old = pair.nearest_faces
     if (
-        old.max_motion_since_search_at_step_end < old.max_motion_keeping_nearest_faces
-        or old.max_motion_since_search_at_step_end < old.max_motion_without_contact
+        old.relative_motion_bound_since_search_at_step_end < old.max_motion_keeping_nearest_faces
+        or old.relative_motion_bound_since_search_at_step_end < old.max_motion_without_contact
     ):
         return False
     best = find_nearest_faces(on, by, face_table_of_a, face_table_of_b, old)

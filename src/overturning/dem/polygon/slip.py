@@ -58,7 +58,7 @@ def store_slip_and_last_time_rotation_recoverable(
         )  # fmt: skip
         old, home, passed = (
             item.slip_fall_side_and_last_upright_time,
-            item.rest_position,
+            item.rest_pose_and_slip_measurement_points,
             item.step_motion_with_work_and_peaks_so_far.last_recoverable_tick_in_sample,
         )
         x, z = element_point_in_scene_axes(

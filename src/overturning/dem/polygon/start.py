@@ -62,14 +62,14 @@ def write_initial_case_state(
             contact_changes=rows.zero_contact_changes(),
             step_acceptance=StepDecisionAndNextAttempt(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude_factor=case_parameter_row.amplitude_factor,
-            rest_acceleration_limit_g=case_parameter_row.rest_acceleration_limit_g,
+            max_base_acceleration_without_motion_g=case_parameter_row.max_base_acceleration_without_motion_g,
             current_sample=case_parameter_row.first_simulated_sample,
             cannot_start_moving_from_sample=case_parameter_row.cannot_start_moving_from_sample,
             end_sample_if_undecided=case_parameter_row.end_sample_if_undecided,
             initial_energy=0.0,
             scene_variant_index=scene_variant_index,
             interval_index_of_last_case_end_test=last_check,
-            latest_case_end_while_still_sliding=LastSampleOfContinuedSlidingCase(0.0),
+            last_sample_of_continued_sliding_case=LastSampleOfContinuedSlidingCase(0.0),
         ),
     )
 

@@ -33,7 +33,7 @@ class StepContactChangesAsFloats(NamedTuple):
 class StepDecisionAndNextAttempt(NamedTuple):
     """Decision on an attempted step: accepted or rejected, and the contact assumptions of the next attempt."""
 
-    is_rejected: float
+    positive_if_rejected: float
     """Above 0 if the step is rejected."""
     next_attempt_keeps_slip_assumption: float
     """Above 0 if the next attempt assumes the same sticking and sliding as this one."""
@@ -60,7 +60,7 @@ class SceneStateAndConstants(NamedTuple):
     """Decision on the present step."""
     amplitude_factor: float
     """Factor on the base accelerations of the record."""
-    rest_acceleration_limit_g: float
+    max_base_acceleration_without_motion_g: float
     """Horizontal base acceleration over g up to which a scene at rest stays at rest."""
     current_sample: float
     """Current sample of the record."""
@@ -74,7 +74,7 @@ class SceneStateAndConstants(NamedTuple):
     """Index of the variant of the scene (one size and damping)."""
     interval_index_of_last_case_end_test: float
     """Index of the `CASE_END_TEST_INTERVAL_S` of the record in which the case was last tested for its end."""
-    latest_case_end_while_still_sliding: LastSampleOfContinuedSlidingCase
+    last_sample_of_continued_sliding_case: LastSampleOfContinuedSlidingCase
 
 
 class Pose(NamedTuple):
@@ -126,7 +126,7 @@ class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Displacement in the last step, |Δx| + |Δz|, m."""
     abs_rotation_in_step: float
     """Absolute rotation in the last step, rad."""
-    work_by_base_and_holding_forces_so_far: float
+    work_by_base_and_fixing_forces_so_far: float
     """Work done on the element so far by the moving base, and by the forces that hold a fixed element, J."""
     peak_rotation_to_minus_x: float
     """Largest rotation to −x, rad."""
@@ -134,7 +134,7 @@ class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Largest rotation to +x, rad."""
     last_recoverable_tick_in_sample: float
     """Last tick of this sample at which the element could come back, −1 if none."""
-    power_against_inertial_or_holding_forces: float
+    power_against_inertial_or_fixing_forces: float
     """Power of the element against inertial and holding forces at the end of the last step, W (centred scheme)."""
 
 
@@ -207,9 +207,9 @@ class ElementState(NamedTuple):
     contact_force_sum: PlanarMotionOrForce
     constants: ElementConstants
     step_motion_with_work_and_peaks_so_far: ElementStepMotionWorkAndPeaks
-    motion_since_first_pair_suspended: ElementMotionSinceContactTestsPaused
+    motion_since_first_contact_test_pause: ElementMotionSinceContactTestsPaused
     slip_fall_side_and_last_upright_time: ElementSlipFallSideAndLastUprightTime
-    rest_position: ElementRestPoseAndSlipMeasurementPoints
+    rest_pose_and_slip_measurement_points: ElementRestPoseAndSlipMeasurementPoints
 
 
 class ElementFace(NamedTuple):
@@ -275,7 +275,7 @@ class NearestFacesAndMotionLimits(NamedTuple):
     """Motion before a contact can begin, m; −1 if there may be one now."""
     motion_since_face_search: float
     """Motion since the search, m."""
-    max_motion_since_search_at_step_end: float
+    relative_motion_bound_since_search_at_step_end: float
     """Upper bound of the motion since the search at the end of this step, m."""
 
 
@@ -297,7 +297,7 @@ class VertexPositionsAtOtherFace(NamedTuple):
     second_vertex_of_face_b: VertexPositionAtFace
 
 
-class PlanarContactPointHistory(NamedTuple):
+class PlanarContactPointStateAfterLastStep(NamedTuple):
     """State of a contact point of two elements after the last step: spring stretch, vertex, forces, landing time."""
 
     tangential_spring_stretch: float
@@ -322,14 +322,14 @@ CONTACT_POINT_IS_OPEN, CONTACT_VERTEX_IS_OF_A, CONTACT_VERTEX_IS_OF_B, CONTACT_I
 """Values of the owner of a contact point's vertex: no contact, a's vertex, b's vertex, transferred from other faces."""
 
 
-class PairHistory(NamedTuple):
+class PairContactStateAfterLastStep(NamedTuple):
     """Contact state of two elements after the last step: vertex positions, both contact points, absorbed energy."""
 
     previous_vertex_positions: VertexPositionsAtOtherFace
     """Positions of the vertices at the last step."""
-    point_1: PlanarContactPointHistory
+    point_1: PlanarContactPointStateAfterLastStep
     """History of contact point 1."""
-    point_2: PlanarContactPointHistory
+    point_2: PlanarContactPointStateAfterLastStep
     """History of contact point 2."""
     peak_penetration: float
     """Largest penetration so far, m."""
@@ -345,7 +345,7 @@ class PairState(NamedTuple):
     contact_vertex_ranges: VertexContactLimitsAlongOppositeFace
     contact_law: ContactPointConstants
     nearest_faces: NearestFacesAndMotionLimits
-    history: PairHistory
+    history: PairContactStateAfterLastStep
     signed_mu_of_point_1_or_0_if_sticking: float
     """±μ if contact point 1 was sliding at the last solution, else 0 (centred scheme)."""
     signed_mu_of_point_2_or_0_if_sticking: float

@@ -11,7 +11,7 @@ from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_
 from overturning.model.contact import DEFAULT_CONTACT_DAMPING_RATIO
 from overturning.model.geometry import (
     ContactPointGeometry,
-    ConvexPiecePair,
+    ConvexPiecePairIndices,
     PlacedElement,
     TouchingContactPoint,
     touching_contact_points,
@@ -66,7 +66,7 @@ def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict
 
 
 def contact_points_at_rest_with_derivatives(
-    elements: list[PlacedElement], pairs: list[ConvexPiecePair], max_angle_between_faces_rad: float = 0.0
+    elements: list[PlacedElement], pairs: list[ConvexPiecePairIndices], max_angle_between_faces_rad: float = 0.0
 ) -> list[ContactPointDisplacementDerivatives]:
     """Return the contact points of the elements at rest, with derivatives of approach and slip by displacements.
 
@@ -78,7 +78,7 @@ def contact_points_at_rest_with_derivatives(
 
 
 def _contact_points_with_displacement_derivatives(
-    elements: list[PlacedElement], pairs: list[ConvexPiecePair], touching_points: list[TouchingContactPoint]
+    elements: list[PlacedElement], pairs: list[ConvexPiecePairIndices], touching_points: list[TouchingContactPoint]
 ) -> list[ContactPointDisplacementDerivatives]:
     """Return contact points with the derivatives of their approach and slip by the elements' displacements."""
     return [
@@ -93,7 +93,7 @@ def _contact_points_with_displacement_derivatives(
 def loaded_points_with_small_inclinations_ignored(
     scene: Scene,
     elements: list[PlacedElement],
-    pairs: list[ConvexPiecePair],
+    pairs: list[ConvexPiecePairIndices],
     point_derivatives: list[ContactPointDisplacementDerivatives],
     loaded_points: list[LoadedContactPoint],
 ) -> list[LoadedContactPoint]:
@@ -138,7 +138,7 @@ def loaded_points_with_small_inclinations_ignored(
 
 
 def _contact_point_displacement_derivatives(
-    elements: list[PlacedElement], pair: ConvexPiecePair, touching_point: ContactPointGeometry
+    elements: list[PlacedElement], pair: ConvexPiecePairIndices, touching_point: ContactPointGeometry
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of a contact point's approach and slip by all displacements, each of shape (3 n,)."""
     number = _displacement_slices_of_free_elements(elements)
@@ -220,7 +220,7 @@ def static_equilibrium(
 def compute_pair_contact_laws(
     scene: Scene,
     elements: list[PlacedElement],
-    pairs: list[ConvexPiecePair],
+    pairs: list[ConvexPiecePairIndices],
     point_derivatives: list[ContactPointDisplacementDerivatives],
 ) -> ContactConstantsByPair:
     """Return springs, dashpots and friction of all contacts; stiffness "auto" follows from the load at rest.
@@ -277,7 +277,7 @@ def compute_pair_contact_laws(
 
 def largest_spring_and_dashpot_eigenvalues(
     elements: list[PlacedElement],
-    pairs: list[ConvexPiecePair],
+    pairs: list[ConvexPiecePairIndices],
     point_derivatives: list[ContactPointDisplacementDerivatives],
     pair_laws: ContactConstantsByPair,
 ) -> tuple[float, float]:

@@ -27,7 +27,7 @@ from overturning.dem.polygon.mechanics import (
     element_acceleration_relative_to_base,
     extrapolate_pose,
     extrapolate_velocity,
-    power_against_inertial_or_holding_forces,
+    power_against_inertial_or_fixing_forces,
 )
 from overturning.dem.polygon.search import update_nearest_faces_and_check_possible_contact
 from overturning.dem.polygon.state import (
@@ -45,7 +45,7 @@ from overturning.dem.polygon.suspended_pairs import (
 )
 
 
-class SceneCentredSchemeConstants(NamedTuple):
+class CentredSchemeLagAndTicksPerStep(NamedTuple):
     """Constants of the centred scheme: lag of velocities behind poses, and ticks (time units) in a whole step."""
 
     velocity_lag_behind_pose_steps: float = 0.0
@@ -129,7 +129,7 @@ def store_element_state_of_accepted_step(
             case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks,
             item.predicted,
             item.step_motion_with_work_and_peaks_so_far,
-            case.step_acceptance.is_rejected > 0.0,
+            case.step_acceptance.positive_if_rejected > 0.0,
         )
         half, tick, d, p = (
             0.5 * dt,
@@ -144,14 +144,14 @@ def store_element_state_of_accepted_step(
         v = extrapolate_velocity(trial.velocity_at_half_step, a, half)
         turn = half * d.angular
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
-        rate, on = power_against_inertial_or_holding_forces(item, ground, lift, v), pose.angle
+        rate, on = power_against_inertial_or_fixing_forces(item, ground, lift, v), pose.angle
         last = (
             tick
             if (on < item.constants.max_recoverable_rotation_to_plus_x)
             & (-on < item.constants.max_recoverable_rotation_to_minus_x)
             else old.last_recoverable_tick_in_sample
         )
-        work = old.work_by_base_and_holding_forces_so_far - half * (old.power_against_inertial_or_holding_forces + rate)
+        work = old.work_by_base_and_fixing_forces_so_far - half * (old.power_against_inertial_or_fixing_forces + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
         back, on = updated_maximum(old.peak_rotation_to_minus_x, -on), updated_maximum(old.peak_rotation_to_plus_x, on)
         totals = ElementStepMotionWorkAndPeaks(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
@@ -220,7 +220,7 @@ def advance_accepted_steps_and_set_next_attempts(scene_state_rows: Any) -> None:
         tick = case.base_acceleration.ticks_since_sample_start
         scene_state_rows[rows.TICKS_SINCE_SAMPLE_START_ROW + j] = (
             tick
-            if case.step_acceptance.is_rejected > 0.0
+            if case.step_acceptance.positive_if_rejected > 0.0
             else tick + case.current_step_length_and_repetitions.length_in_ticks
         )
         rows.store_next_step_to_attempt(scene_state_rows, j, case.step_acceptance.next_attempt)

@@ -99,9 +99,9 @@ def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
             element_state_rows,
             j,
             ElementMotionSinceContactTestsPaused(
-                item.motion_since_first_pair_suspended.abs_dx_plus_abs_dz_sum
+                item.motion_since_first_contact_test_pause.abs_dx_plus_abs_dz_sum
                 + item.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step,
-                item.motion_since_first_pair_suspended.abs_rotation_sum
+                item.motion_since_first_contact_test_pause.abs_rotation_sum
                 + item.step_motion_with_work_and_peaks_so_far.abs_rotation_in_step,
             ),
         )
@@ -114,8 +114,8 @@ def pair_motion_since_contact_tests_paused(
     """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
     lever = rows.load_nearest_faces_and_motion_limits(pair_state_rows, lane).lever_arm_for_rotation_in_motion_sum
     a, b = (
-        rows.load_element_state(element_a_state_rows, lane).motion_since_first_pair_suspended,
-        rows.load_element_state(element_b_state_rows, lane).motion_since_first_pair_suspended,
+        rows.load_element_state(element_a_state_rows, lane).motion_since_first_contact_test_pause,
+        rows.load_element_state(element_b_state_rows, lane).motion_since_first_contact_test_pause,
     )
     return (a.abs_dx_plus_abs_dz_sum + b.abs_dx_plus_abs_dz_sum) + lever * (a.abs_rotation_sum + b.abs_rotation_sum)
 

@@ -17,20 +17,20 @@ from overturning.dem.stack.joint_state import (
     POINT_ROW_LAYOUT,
     AssumedJointFrictionInStep,
     BaseOverhangAndContactNormalSlopesAtSide,
-    ContactLoadSumsForNormalDirection,
     ContactPointPosition,
     FaceCorner,
-    FlatLandingTimesAndPointHeights,
+    FlatLandingTimesLeftAndPointHeights,
     JointAtStepStartAndEnd,
     JointConstants,
-    JointEquations,
     JointFrameAxesAndOrigin,
-    JointNormalForceSums,
+    JointNormalForceSumsWithDerivatives,
     JointPointAtStepStartAndEnd,
-    JointRelativeMotion,
-    NormalForceTimesPressureCentreDistance,
+    JointRelativePoseAndVelocity,
+    LoadSumsToFindContactNormal,
+    PredictedJointForceAndDerivatives,
     SidePartInContactPatch,
     SolvedContactForceSums,
+    SumOfForceTimesDistanceToPressureCentre,
 )
 from overturning.dem.stack.state import (
     CASE_ROW_LAYOUT,
@@ -110,28 +110,34 @@ load_force_sums, store_force_sums, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(
 store_rotation = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "rotation").store
 
 load_sum_of_normal_force_times_centre_distance, store_sum_of_normal_force_times_centre_distance, _ = (
-    JOINT_ROW_LAYOUT.tuple_reader_and_writer(NormalForceTimesPressureCentreDistance)
+    JOINT_ROW_LAYOUT.tuple_reader_and_writer(SumOfForceTimesDistanceToPressureCentre)
 )
-load_joint_equations, store_joint_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations)
-load_relative_motion, store_relative_motion, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativeMotion)
+load_joint_equations, store_joint_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    PredictedJointForceAndDerivatives
+)
+load_relative_motion, store_relative_motion, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativePoseAndVelocity)
 load_joint_friction, store_joint_friction, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(AssumedJointFrictionInStep)
 load_joint_state_at_step_start, store_joint_state_at_step_start, store_joint_state_at_step_start_unless_rejected = (
     JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointAtStepStartAndEnd, "at_step_start")
 )
 load_joint_constants, store_joint_constants, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointConstants)
 load_joint_wrench_or_velocity_change, store_joint_wrench_or_velocity_change, _ = (
-    JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointEquations, "predicted_wrench_replaced_by_velocity_change")
+    JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+        PredictedJointForceAndDerivatives, "predicted_wrench_replaced_by_velocity_change"
+    )
 )
 load_joint_frame, store_joint_frame, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
 load_flat_landing_state, store_flat_landing_state, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    FlatLandingTimesAndPointHeights
+    FlatLandingTimesLeftAndPointHeights
 )
 load_joint_state_at_step_end, store_joint_state_at_step_end, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     JointAtStepStartAndEnd, "at_step_end"
 )
-load_normal_force_sums, store_normal_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSums)
+load_normal_force_sums, store_normal_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    JointNormalForceSumsWithDerivatives
+)
 load_sums_for_contact_normal, store_sums_for_contact_normal, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactLoadSumsForNormalDirection
+    LoadSumsToFindContactNormal
 )
 load_joint_force_and_impulse_sums, store_joint_force_and_impulse_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     SolvedContactForceSums, "point_force_and_impulse_sums_at_step_end"

@@ -26,14 +26,16 @@ from overturning.dem.stack.joint_state import (
     BaseOverhangAndContactNormalSlopesAtSide,
     ContactPointPosition,
     FaceCorner,
-    JointRelativeMotion,
+    JointRelativePoseAndVelocity,
     SidePartInContactPatch,
 )
 
 slice_contact_point_rows: Final = create_window_slicer(POINT_ROW_LAYOUT.array_length)
 """Return the rows of a point of a joint."""
-PATCH_PERIMETER_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(JointRelativeMotion, "contact_patch_perimeter")
-"""Array index, in the rows of a joint, at which `JointRelativeMotion.contact_patch_perimeter` starts."""
+PATCH_PERIMETER_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
+    JointRelativePoseAndVelocity, "contact_patch_perimeter"
+)
+"""Array index, in the rows of a joint, at which `JointRelativePoseAndVelocity.contact_patch_perimeter` starts."""
 
 
 @njit(**INLINE_OPTIONS)

@@ -64,7 +64,7 @@ from overturning.dem.stack.joint_state import (
     HalfStepAndFlatLandingConditionsOfPoint,
     JointFrictionSolutionInputs,
     NormalForceAndEarlyContactImpulseSums,
-    NormalForceTimesPressureCentreDistance,
+    SumOfForceTimesDistanceToPressureCentre,
 )
 from overturning.dem.stack.landing import (
     LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
@@ -134,7 +134,7 @@ def store_joint_velocity_change_and_clear_sums(
                 one.angular_velocity,
             )
         store_joint_wrench_or_velocity_change(joint_rows, j, ForceAndMomentOrVelocities(velocity, spin))
-        store_sum_of_normal_force_times_centre_distance(joint_rows, j, NormalForceTimesPressureCentreDistance(0.0))
+        store_sum_of_normal_force_times_centre_distance(joint_rows, j, SumOfForceTimesDistanceToPressureCentre(0.0))
         store_joint_force_and_impulse_sums(joint_rows, j, create_zero_normal_force_and_impulse_sums())
 
 
@@ -181,7 +181,7 @@ def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, l
             load_sum_of_normal_force_times_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre
             + place.joint_stiffness_share * new.force_per_stiffness_share * math.sqrt(x * x + y * y)
         )
-        store_sum_of_normal_force_times_centre_distance(joint_rows, j, NormalForceTimesPressureCentreDistance(arm))
+        store_sum_of_normal_force_times_centre_distance(joint_rows, j, SumOfForceTimesDistanceToPressureCentre(arm))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

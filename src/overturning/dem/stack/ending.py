@@ -95,7 +95,7 @@ def stone_state_sum_for_finite_check(state: StoneState) -> float:
 def stone_kinetic_energy(stone_constants: StoneConstants, state: StoneState) -> float:
     """Return the kinetic energy of a stone, J."""
     spin = angular_velocity_from_momentum(
-        stone_constants.mass_over_inertia, rotation_matrix(state.rotation), state.angular_momentum_per_mass
+        stone_constants.mass_times_inverse_inertia, rotation_matrix(state.rotation), state.angular_momentum_per_mass
     )
     return float(
         0.5

@@ -18,11 +18,11 @@ from overturning.dem.stack.joint_state import (
     AssumedJointFrictionInStep,
     JointConstants,
     JointContactState,
-    JointEquations,
     JointFrictionSolutionInputs,
-    JointNormalForceSums,
-    JointRelativeMotion,
+    JointNormalForceSumsWithDerivatives,
+    JointRelativePoseAndVelocity,
     NormalForceAndEarlyContactImpulseSums,
+    PredictedJointForceAndDerivatives,
     TangentialVectorWithScaledTwist,
     scale_tangent_twist_vector,
     squared_length,
@@ -115,7 +115,8 @@ def spring_stretch_after_step(
 
 @njit(**INLINE_OPTIONS)
 def predict_friction(
-    joint_constants: JointConstants, relative_motion: JointRelativeMotion, normal_force_sums: JointNormalForceSums,
+    joint_constants: JointConstants, relative_motion: JointRelativePoseAndVelocity,
+    normal_force_sums: JointNormalForceSumsWithDerivatives,
     joint_state_at_step_start: JointContactState, half_step_and_flat_landing_conditions: JointFrictionSolutionInputs,
 ) -> AssumedJointFrictionInStep:  # fmt: skip
     """Predict tangential spring stretch, sliding and friction direction between two stones for a step's equations."""
@@ -157,11 +158,11 @@ def predict_friction(
 @njit(**INLINE_OPTIONS)
 def predicted_joint_force_moment_and_derivatives(
     joint_constants: JointConstants,
-    normal_force_sums: JointNormalForceSums,
+    normal_force_sums: JointNormalForceSumsWithDerivatives,
     assumed_friction: AssumedJointFrictionInStep,
     half_step_length_s: float,
     normal_force_for_friction_across_sliding: float,
-) -> JointEquations:
+) -> PredictedJointForceAndDerivatives:
     """Return predicted force and moment on the upper stone about the contact frame's origin, and their derivatives.
 
     `normal_force_for_friction_across_sliding` is the normal force that limits friction across the direction of sliding,
@@ -225,7 +226,7 @@ def predicted_joint_force_moment_and_derivatives(
         (cx * yw.x - cy * xw.x) + arm * tw.x, (cx * yw.y - cy * xw.y) + arm * tw.y,
         (cx * yw.z - cy * xw.z) + arm * tw.z,
     )  # fmt: skip
-    return JointEquations(
+    return PredictedJointForceAndDerivatives(
         ForceAndMomentOrVelocities(
             Vector3(fx, fy, sums.normal_force),
             Vector3(
@@ -243,7 +244,7 @@ def predicted_joint_force_moment_and_derivatives(
     )
 
 
-class JointSlidingFlags(NamedTuple):
+class AssumedAndActualJointSlidingFlags(NamedTuple):
     """Flags of the friction between two stones in a step: assumed and actual sliding, and whether they count."""
 
     has_friction_limit_above_zero: bool
@@ -257,7 +258,7 @@ class JointSlidingFlags(NamedTuple):
 def compare_friction_with_assumption(
     assumed_friction_direction: TangentialVectorWithScaledTwist, end_friction_force: TangentialVectorWithScaledTwist,
     end_slip_velocity: TangentialVectorWithScaledTwist, stretch_at_step_start: TangentialVectorWithScaledTwist,
-    joint_friction_flags: JointSlidingFlags,
+    joint_friction_flags: AssumedAndActualJointSlidingFlags,
 ) -> LargestContactChangesOfStack:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
 
@@ -303,7 +304,7 @@ def compare_friction_with_assumption(
 
 @njit(**INLINE_OPTIONS)
 def solve_joint_contact(
-    joint_constants: JointConstants, relative_motion: JointRelativeMotion,
+    joint_constants: JointConstants, relative_motion: JointRelativePoseAndVelocity,
     assumed_friction: AssumedJointFrictionInStep,
     point_sums_and_force_times_distance_sum: tuple[NormalForceAndEarlyContactImpulseSums, float],
     relative_velocity_and_spin_changes: tuple[Vector3, Vector3], joint_state_at_step_start: JointContactState,
@@ -364,7 +365,8 @@ JointContactState]:  # fmt: skip
     )
     findings = compare_friction_with_assumption(
         friction.friction_direction, TangentialVectorWithScaledTwist(fx, fy, ft), velocity, s,
-        JointSlidingFlags(most > 0.0, loaded, not forces_decide_contact, friction.is_assumed_to_slide > 0.0, slips),
+        AssumedAndActualJointSlidingFlags(most > 0.0, loaded, not forces_decide_contact,
+        friction.is_assumed_to_slide > 0.0, slips),
     )  # fmt: skip
     one = 1.0 / (ends.normal_force if loaded else 1.0)
     early = ends.extra_impulse_of_points_closed_early_in_step * one if loaded else 0.0

@@ -12,8 +12,8 @@ from overturning.dem.stack.joint_state import (
     ContactPointState,
     HalfStepAndFlatLandingConditionsOfPoint,
     JointConstants,
-    JointNormalForceSums,
-    JointRelativeMotion,
+    JointNormalForceSumsWithDerivatives,
+    JointRelativePoseAndVelocity,
     NormalForceAndEarlyContactImpulseSums,
 )
 from overturning.dem.stack.state import ContactPowerLossAndLostSpringEnergy, LargestContactChangesOfStack
@@ -23,7 +23,7 @@ MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
 
 
 @njit(**INLINE_OPTIONS)
-def point_opening_rate(relative_motion: JointRelativeMotion, point_position: ContactPointPosition) -> float:
+def point_opening_rate(relative_motion: JointRelativePoseAndVelocity, point_position: ContactPointPosition) -> float:
     """Return the velocity (m/s) at which a contact point of two stones opens at the predicted end of a step."""
     return relative_motion.velocity_at_origin.z + (
         relative_motion.angular_velocity.x * point_position.y_in_lower_face_frame
@@ -33,7 +33,8 @@ def point_opening_rate(relative_motion: JointRelativeMotion, point_position: Con
 
 @njit(**INLINE_OPTIONS)
 def predicted_force_per_stiffness_share_and_contact(
-    joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
+    joint_constants: JointConstants, relative_motion: JointRelativePoseAndVelocity,
+    point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, forces_decide_flat_landing_and_deferral_flags: tuple[bool, bool,
     bool],
 ) -> tuple[float, bool]:  # fmt: skip
@@ -63,13 +64,13 @@ def normal_force_sum_terms_of_point(
     point_position: ContactPointPosition,
     normal_force_if_stiffness_share_is_1: float,
     is_assumed_in_contact: bool,
-) -> JointNormalForceSums:
+) -> JointNormalForceSumsWithDerivatives:
     """Return one contact point's terms in the sums of force and moment between two stones in a step's equations."""
     n = point_position.joint_stiffness_share * normal_force_if_stiffness_share_is_1 if is_assumed_in_contact else 0.0
     rate = joint_constants.normal_dashpot + half_step_length_s * joint_constants.normal_stiffness
     g = half_step_length_s * (point_position.joint_stiffness_share * rate) if is_assumed_in_contact else 0.0
     gx, gy = g * point_position.x_in_lower_face_frame, g * point_position.y_in_lower_face_frame
-    return JointNormalForceSums(
+    return JointNormalForceSumsWithDerivatives(
         n,
         n * point_position.x_in_lower_face_frame,
         n * point_position.y_in_lower_face_frame,
@@ -84,7 +85,8 @@ def normal_force_sum_terms_of_point(
 
 @njit(**INLINE_OPTIONS)
 def solve_point_contact(
-    joint_constants: JointConstants, relative_motion: JointRelativeMotion, point_position: ContactPointPosition,
+    joint_constants: JointConstants, relative_motion: JointRelativePoseAndVelocity,
+    point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, relative_velocity_and_spin_changes: tuple[Vector3, Vector3],
     half_step_and_flat_landing_conditions: HalfStepAndFlatLandingConditionsOfPoint,
 ) -> tuple[

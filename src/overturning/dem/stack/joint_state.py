@@ -33,7 +33,7 @@ class JointConstants(NamedTuple):
     """Duration of a flat landing after the first touch, s."""
     tilting_share_of_friction_moment_in_flat_landing: float
     """Share of the moment of friction that tilts a stone that slides in a flat landing, 0 or 1."""
-    min_base_distance_inside_rim_to_defer_contact: float
+    min_rim_distance_to_defer_flat_landing_contact: float
     """Least distance of the base from the rim of the face below at which corners between the two ends of the base wait
     in a flat landing, m; `overturning.dem.stack.landing.RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M` for bases of four
     corners."""
@@ -99,7 +99,7 @@ class JointAtStepStartAndEnd(NamedTuple):
     at_step_end: JointContactState
 
 
-class FlatLandingTimesAndPointHeights(NamedTuple):
+class FlatLandingTimesLeftAndPointHeights(NamedTuple):
     """Shortest and longest time left (s) in a flat landing of a stone, and lowest and highest contact point (m).
 
     The times are those over the contact points of two stones, in the impact of a base that lands flat.
@@ -115,7 +115,7 @@ class FlatLandingTimesAndPointHeights(NamedTuple):
     """Largest height of a point of the patch, m."""
 
 
-class JointRelativeMotion(NamedTuple):
+class JointRelativePoseAndVelocity(NamedTuple):
     """Relative pose and velocity of a stone at the predicted end of a step, in the frame of the face below it."""
 
     upper_base_centre: Vector3
@@ -146,7 +146,7 @@ class JointFrameAxesAndOrigin(NamedTuple):
     """Position of the origin, m."""
 
 
-class ContactLoadSumsForNormalDirection(NamedTuple):
+class LoadSumsToFindContactNormal(NamedTuple):
     """Sums over the contact points of two stones that overlap in part, from which the normal of contact follows.
 
     Each point counts with its load: its share of the joint's stiffness × its penetration, m.
@@ -162,7 +162,7 @@ class ContactLoadSumsForNormalDirection(NamedTuple):
     stiffness_share_times_penetration_times_slope_y: float
 
 
-class JointNormalForceSums(NamedTuple):
+class JointNormalForceSumsWithDerivatives(NamedTuple):
     """Sums over the contact points of two stones: normal force, its moments, and their velocity derivatives."""
 
     normal_force: float
@@ -179,7 +179,7 @@ class JointNormalForceSums(NamedTuple):
     half_step_times_normal_force_decrease_per_velocity_times_y_squared: float
 
 
-class NormalForceTimesPressureCentreDistance(NamedTuple):
+class SumOfForceTimesDistanceToPressureCentre(NamedTuple):
     """Sum, over the contact points of two stones, of normal force × distance from the centre of pressure, N·m."""
 
     force_times_distance_from_pressure_centre: float
@@ -206,7 +206,7 @@ class AssumedJointFrictionInStep(NamedTuple):
     """Direction of friction, unit vector."""
 
 
-class JointEquations(NamedTuple):
+class PredictedJointForceAndDerivatives(NamedTuple):
     """Predicted force and moment between two stones at the end of a step, and their derivatives by the velocities.
 
     The derivatives count with the opposite sign, × half of the step. After the solution the first field holds the
@@ -307,7 +307,7 @@ class JointFrictionSolutionInputs(NamedTuple):
 
     half_step_length_s: float
     """Half the length of the step, s."""
-    uses_predicted_forces_for_sliding: bool
+    decides_sliding_from_predicted_forces: bool
     """True if the predicted forces decide about sliding; False if the state after the last step is assumed."""
     base_lands_flat: bool
     """True if the base of the upper stone lands flat."""
@@ -338,9 +338,11 @@ class SolvedContactForceSums(NamedTuple):
 
 
 JOINT_ROW_LAYOUT: Final = TupleRowLayout(
-    PARALLEL_CASE_COUNT, JointConstants, JointAtStepStartAndEnd, FlatLandingTimesAndPointHeights,
-    JointFrameAxesAndOrigin, ContactLoadSumsForNormalDirection, JointRelativeMotion, JointNormalForceSums,
-    NormalForceTimesPressureCentreDistance, AssumedJointFrictionInStep, JointEquations, SolvedContactForceSums
+    PARALLEL_CASE_COUNT, JointConstants, JointAtStepStartAndEnd, FlatLandingTimesLeftAndPointHeights,
+    JointFrameAxesAndOrigin, LoadSumsToFindContactNormal, JointRelativePoseAndVelocity,
+    JointNormalForceSumsWithDerivatives,
+    SumOfForceTimesDistanceToPressureCentre, AssumedJointFrictionInStep, PredictedJointForceAndDerivatives,
+    SolvedContactForceSums
 )  # fmt: skip
 POINT_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT,

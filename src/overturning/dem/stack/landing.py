@@ -10,7 +10,7 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.stack.joint_state import (
     ContactPointPosition,
     ContactPointState,
-    FlatLandingTimesAndPointHeights,
+    FlatLandingTimesLeftAndPointHeights,
     JointConstants,
 )
 
@@ -27,7 +27,7 @@ PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
 
 
 @njit(**INLINE_OPTIONS)
-def flat_landing_of_stone_is_under_way(landing_times_and_heights: FlatLandingTimesAndPointHeights) -> bool:
+def flat_landing_of_stone_is_under_way(landing_times_and_heights: FlatLandingTimesLeftAndPointHeights) -> bool:
     """True while a flat landing of a stone lasts: all contact points with its support touch down in one impact.
 
     Dashpots may pull during this impact.
@@ -41,7 +41,7 @@ def flat_landing_of_stone_is_under_way(landing_times_and_heights: FlatLandingTim
 @njit(**INLINE_OPTIONS)
 def point_contact_is_deferred(
     joint_constants: JointConstants,
-    landing_times_and_heights: FlatLandingTimesAndPointHeights,
+    landing_times_and_heights: FlatLandingTimesLeftAndPointHeights,
     point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState,
     smallest_distance_of_base_corners_inside_rim: float,
@@ -76,7 +76,7 @@ def point_contact_is_deferred(
         < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing_times_and_heights.lowest_point_height_above_lower_face
     )
     whole = (
-        smallest_distance_of_base_corners_inside_rim >= joint_constants.min_base_distance_inside_rim_to_defer_contact
+        smallest_distance_of_base_corners_inside_rim >= joint_constants.min_rim_distance_to_defer_flat_landing_contact
     )
     # A point that has taken up its spring does not wait again.
     still_waits = (
@@ -89,10 +89,10 @@ def point_contact_is_deferred(
 
 @njit(**INLINE_OPTIONS)
 def add_point_to_landing_times_and_height_range(
-    landing_times_and_heights: FlatLandingTimesAndPointHeights,
+    landing_times_and_heights: FlatLandingTimesLeftAndPointHeights,
     point_state_at_step_start: ContactPointState,
     point_position: ContactPointPosition,
-) -> FlatLandingTimesAndPointHeights:
+) -> FlatLandingTimesLeftAndPointHeights:
     """Return the landing times and the range of heights of two stones' contact points with one more point included."""
     lowest = (
         point_position.upper_base_height_above_lower_face
@@ -127,7 +127,7 @@ def add_point_to_landing_times_and_height_range(
         point_state_at_step_start.remaining_flat_landing_time,
         point_state_at_step_start.penetration,
     )
-    return FlatLandingTimesAndPointHeights(
+    return FlatLandingTimesLeftAndPointHeights(
         left,
         longest if counts else landing_times_and_heights.longest_flat_landing_time_left_of_loaded_points,
         lowest,
@@ -137,7 +137,7 @@ def add_point_to_landing_times_and_height_range(
 
 @njit(**INLINE_OPTIONS)
 def remaining_landing_time_of_new_contact(
-    joint_constants: JointConstants, landing_times_and_heights: FlatLandingTimesAndPointHeights
+    joint_constants: JointConstants, landing_times_and_heights: FlatLandingTimesLeftAndPointHeights
 ) -> float:
     """Return the time left (s) in a flat landing for a point that comes into contact.
 

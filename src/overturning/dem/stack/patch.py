@@ -49,12 +49,12 @@ from overturning.dem.stack.joint_state import (
     ContactPointPosition,
     FaceCorner,
     JointFrameAxesAndOrigin,
-    JointRelativeMotion,
+    JointRelativePoseAndVelocity,
 )
 from overturning.dem.stack.state import PredictedStone, StoneConstants
 
 MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_offset_of_field(
-    JointRelativeMotion, "smallest_distance_of_base_corners_inside_rim"
+    JointRelativePoseAndVelocity, "smallest_distance_of_base_corners_inside_rim"
 )
 """Array index, in the rows of a joint, at which the least distances of its base from the rim start."""
 
@@ -78,7 +78,7 @@ def relative_motion_at_lower_face(
     contact_frame_axes: Matrix3,
     contact_frame_origin: Vector3,
     lower_velocity_at_origin_and_spin: Any,
-) -> JointRelativeMotion:
+) -> JointRelativePoseAndVelocity:
     """Return pose and velocity of a stone relative to the face below it at the predicted end of a step.
 
     `lower_velocity_at_origin_and_spin` holds the velocity of the lower stone at the origin and its angular velocity.
@@ -92,7 +92,7 @@ def relative_motion_at_lower_face(
         lower_velocity_at_origin_and_spin[0],
     )
     x_axis, y_axis = Vector3(relative.xx, relative.yx, relative.zx), Vector3(relative.xy, relative.yy, relative.zy)
-    return JointRelativeMotion(
+    return JointRelativePoseAndVelocity(
         upper_base_centre=minus(
             apart, scale_vector(upper_stone_constants.centre_height, Vector3(relative.xz, relative.yz, relative.zz))
         ),
@@ -110,7 +110,7 @@ def relative_motion_at_lower_face(
 @njit(**INLINE_OPTIONS)
 def predicted_motion_relative_to_contact_frame(
     upper_stone_rows: Any, lower_stone_rows: Any, lane: int, contact_frame_axes: Matrix3, contact_frame_origin: Vector3
-) -> JointRelativeMotion:
+) -> JointRelativePoseAndVelocity:
     """Return a stone's predicted motion relative to a frame (axes and origin) that is fixed to the stone below."""
     below = load_predicted_stone(lower_stone_rows, lane)
     lever_arm = minus(contact_frame_origin, below.centre_position)
@@ -154,7 +154,7 @@ def predict_motion_relative_to_stone_below(
 
 @njit(**INLINE_OPTIONS)
 def base_corner_contact_point(
-    relative_motion: JointRelativeMotion, base_corner: FaceCorner, one_if_stone_is_still_simulated: float
+    relative_motion: JointRelativePoseAndVelocity, base_corner: FaceCorner, one_if_stone_is_still_simulated: float
 ) -> ContactPointPosition:
     """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
     return ContactPointPosition(
@@ -275,7 +275,7 @@ def contact_point_on_side(
 
 @njit(**INLINE_OPTIONS)
 def base_point_above_lower_face(
-    relative_motion: JointRelativeMotion,
+    relative_motion: JointRelativePoseAndVelocity,
     x_in_lower_face_frame: float,
     y_in_lower_face_frame: float,
     joint_stiffness_share: float,

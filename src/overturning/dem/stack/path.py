@@ -42,7 +42,7 @@ class StackTrajectory:
     """Trajectory of a 3-D stack in one case, in the frame that moves with the base."""
 
     rows: FloatArray  # shape (times, 4 + 14 · stones): see the numbers of columns above
-    orientation_cosines_north_east: tuple[float, float]  # direction cosines of the orientation, north and east
+    orientation_unit_vector_north_east: tuple[float, float]  # direction cosines of the orientation, north and east
     stones_in_initial_position: list[StackStone]
     name_of_element_shown_by_default: str  # name of the element that is shown by default
     critical_angle_by_stone_rad: FloatArray  # critical angle of each stone, rad, shape (stones,)
@@ -52,7 +52,7 @@ class StackTrajectory:
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return the variables (with the case's outcomes), coordinates and attributes of the trajectory's dataset."""
         to_east_north_up = partial(
-            rotate_to_east_north_up, orientation_cosines_north_east=self.orientation_cosines_north_east
+            rotate_to_east_north_up, orientation_unit_vector_north_east=self.orientation_unit_vector_north_east
         )
 
         columns = self.rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
@@ -210,7 +210,7 @@ def write_stack_trajectory_row(
         stone = load_stone_state(slice_stone_rows(stack_states, s), 0)
         spin, at = (
             angular_velocity_from_momentum(
-                constants.mass_over_inertia, rotation_matrix(stone.rotation), stone.angular_momentum_per_mass
+                constants.mass_times_inverse_inertia, rotation_matrix(stone.rotation), stone.angular_momentum_per_mass
             ),
             TRAJECTORY_COLUMN_COUNT_BEFORE_STONES + TRAJECTORY_COLUMN_COUNT_PER_STONE * s,
         )

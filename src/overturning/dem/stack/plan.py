@@ -75,7 +75,7 @@ class StackSimulationPlan(SimulationPlan3D):
 
     result_dtype: ClassVar[Any] = RESULT_TABLE_DTYPE
     index_or_field_name_of_trajectory_time: ClassVar[Any] = (..., 0)
-    base_acceleration_columns: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
+    trajectory_columns_of_base_acceleration: ClassVar[Any] = ((..., 1), (..., 2), (..., 3))
     ticks_per_whole_step: ClassVar[float] = TICKS_PER_WHOLE_STEP
 
     model: Stack
@@ -121,7 +121,7 @@ class StackSimulationPlan(SimulationPlan3D):
         each, stack = result_tables["each"].copy(), self.case_table["stack"][case_numbers]
         each["slip_x_on_support_at_end"] -= base_x_offsets_from_support_at_rest(self.stone_table_by_stack)[stack]
         return outcome_variables_of_stacks(
-            result_tables["results"], each, orientation, self.orientation_cosines_north_east[case_numbers]
+            result_tables["results"], each, orientation, self.orientation_unit_vector_north_east[case_numbers]
         )
 
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
@@ -148,7 +148,7 @@ class StackSimulationPlan(SimulationPlan3D):
             (sample_count, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES + TRAJECTORY_COLUMN_COUNT_PER_STONE * count)
         )
         rows[:, 0] = np.arange(sample_count) * self.motion.sampling_interval
-        rows[:, 1:3] = self.base_accelerations[0, :, :sample_count].T * amplitude
+        rows[:, 1:3] = self.base_accelerations_by_direction[0, :, :sample_count].T * amplitude
         rows[:, 3] = self.unscaled_upward_acceleration[:sample_count] * amplitude
         for stone, columns in zip(
             self.stone_table_by_stack[0],
@@ -177,7 +177,7 @@ class StackSimulationPlan(SimulationPlan3D):
 
     def convert_trajectory_rows(self, trajectory_rows: FloatArray) -> StackTrajectory:
         """Convert the kernel's output rows of the plan's only case to a `StackTrajectory`."""
-        cosine, sine = self.orientation_cosines_north_east[0].tolist()
+        cosine, sine = self.orientation_unit_vector_north_east[0].tolist()
         critical = np.arcsin(np.sqrt(self.stone_table_by_stack[0]["critical_lean_squared_sine_on_contact_at_rest"]))
         reference = self.model.scene.name_of_element_shown_by_default
         return StackTrajectory(trajectory_rows, (cosine, sine), self._stones_of_first_case, reference, critical)
@@ -354,7 +354,7 @@ def plan_stack_simulation(
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
         "min_distance_of_mass_centre_above_to_joint_side": side[which],
         "rest_limit_to_onset_acceleration_ratio": rest_share,
-        "max_possible_rest_acceleration_limit_g": rest_share * friction.min(axis=1),
+        "max_possible_base_acceleration_without_motion_g": rest_share * friction.min(axis=1),
         "first_simulated_sample": first, "cannot_start_moving_from_sample": calm,
         "min_overturning_energy": barrier[which],
         "spring_energy_at_rest": springs[which], "end_sample_if_undecided": samples + np.ceil(late[which] / interval),
@@ -373,9 +373,9 @@ def plan_stack_simulation(
         joint_table_by_stack=np.stack([table.joint_table for table in joints]),
         base_and_upper_face_corners_by_stack=_face_corner_table(stacks),
         corner_counts_by_stone=np.array([len(stone.base_corners_xy_from_centre_of_mass) for stone in stacks[0]]),
-        orientation_cosines_north_east=cosines,
+        orientation_unit_vector_north_east=cosines,
         motion_row_by_case=row,
-        base_accelerations=along,
+        base_accelerations_by_direction=along,
         steps_per_sample=steps,
         first_simulated_sample=first,
         case_table=case_table,

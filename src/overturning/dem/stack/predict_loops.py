@@ -69,9 +69,9 @@ from overturning.dem.stack.joint_point import (
     predicted_force_per_stiffness_share_and_contact,
 )
 from overturning.dem.stack.joint_state import (
-    FlatLandingTimesAndPointHeights,
+    FlatLandingTimesLeftAndPointHeights,
     JointFrictionSolutionInputs,
-    JointNormalForceSums,
+    JointNormalForceSumsWithDerivatives,
 )
 from overturning.dem.stack.landing import (
     LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
@@ -99,15 +99,17 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-add_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).plus
-create_zero_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSums).zero
+add_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(JointNormalForceSumsWithDerivatives).plus
+create_zero_normal_force_sums = create_tuple_sum_difference_and_maximum_functions(
+    JointNormalForceSumsWithDerivatives
+).zero
 create_zero_stone_force_and_impulse_sums = create_tuple_sum_difference_and_maximum_functions(StoneContactForceSums).zero
 create_zero_wrench = create_tuple_sum_difference_and_maximum_functions(ForceAndMomentOrVelocities).zero
 
 
 @njit(**INLINE_OPTIONS)
 def predict_stone_at_step_end(
-    mass_over_inertia: SymmetricMatrix, state_at_step_start: StoneState, step_length_s: float
+    mass_times_inverse_inertia: SymmetricMatrix, state_at_step_start: StoneState, step_length_s: float
 ) -> PredictedStone:
     """Predict pose and velocities of a stone at the end of a step, with constant force and moment."""
     half = 0.5 * step_length_s
@@ -120,7 +122,7 @@ def predict_stone_at_step_end(
         ),
     )
     turn, spin = rotation_and_angular_velocity_after_step(
-        mass_over_inertia,
+        mass_times_inverse_inertia,
         state_at_step_start.rotation,
         momentum,
         state_at_step_start.contact_moment_per_mass,
@@ -175,7 +177,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
         constants = load_stone_constants(stone_rows, j)
         state = load_stone_state(stone_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
-        predicted = predict_stone_at_step_end(constants.mass_over_inertia, state, 2.0 * half)
+        predicted = predict_stone_at_step_end(constants.mass_times_inverse_inertia, state, 2.0 * half)
         axes = rotation_matrix(predicted.rotation)
         store_predicted_stone(stone_rows, j, predicted)
         store_stone_axes(stone_rows, j, axes)
@@ -202,7 +204,7 @@ def reset_landing_time_and_height_extremes_and_sums(joint_rows: Any, lane_count:
         store_flat_landing_state(
             joint_rows,
             j,
-            FlatLandingTimesAndPointHeights(
+            FlatLandingTimesLeftAndPointHeights(
                 LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
                 longest,
                 LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,

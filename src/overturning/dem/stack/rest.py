@@ -86,7 +86,7 @@ def mark_possibly_resting_stacks(stack_states: Any, stone_count: int, active_lan
         most = (
             1.001
             * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO
-            * load_rest_flag_and_limits(stack_states, j).max_possible_rest_acceleration_limit_g
+            * load_rest_flag_and_limits(stack_states, j).max_possible_base_acceleration_without_motion_g
             * GRAVITY
         )
         slow = most * (load_stack_limits(stack_states, j).tick_length_s * length)
@@ -126,7 +126,7 @@ def all_contact_points_carry_load(
         if (
             load_joint_constants(
                 stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane
-            ).min_base_distance_inside_rim_to_defer_contact
+            ).min_rim_distance_to_defer_flat_landing_contact
             < RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M
             and lies_flat
         ):
@@ -270,7 +270,7 @@ def rest_acceleration_limit_g_or_0_if_moving(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def unfallen_stones_are_upright_and_still(
-    stack_states: Any, lane: int, stone_count: int, rest_acceleration_limit_g: float
+    stack_states: Any, lane: int, stone_count: int, max_base_acceleration_without_motion_g: float
 ) -> bool:
     """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
     step = (
@@ -283,11 +283,15 @@ def unfallen_stones_are_upright_and_still(
             continue
         constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.upper_face_height_above_centre
-        spin = angular_velocity_from_momentum(constants.mass_over_inertia, axes, stone.angular_momentum_per_mass)
-        turning = angular_velocity_from_momentum(constants.mass_over_inertia, axes, stone.contact_moment_per_mass)
+        spin = angular_velocity_from_momentum(
+            constants.mass_times_inverse_inertia, axes, stone.angular_momentum_per_mass
+        )
+        turning = angular_velocity_from_momentum(
+            constants.mass_times_inverse_inertia, axes, stone.contact_moment_per_mass
+        )
         speed = vector_length(stone.velocity_relative_to_base) + arm * vector_length(spin)
         acceleration = vector_length(stone.acceleration_relative_to_base) + arm * vector_length(turning)
-        if not body_is_still(speed, acceleration, step, rest_acceleration_limit_g):
+        if not body_is_still(speed, acceleration, step, max_base_acceleration_without_motion_g):
             return False
         if (
             not squared_sine_of_lean_continued_beyond_90_deg(axes)

@@ -45,10 +45,10 @@ from overturning.dem.stack.access import (
 )
 from overturning.dem.stack.clip import slice_contact_point_rows
 from overturning.dem.stack.joint_state import (
-    ContactLoadSumsForNormalDirection,
     ContactPointPosition,
     JointFrameAxesAndOrigin,
-    JointRelativeMotion,
+    JointRelativePoseAndVelocity,
+    LoadSumsToFindContactNormal,
 )
 from overturning.dem.stack.patch import predicted_motion_relative_to_contact_frame
 
@@ -59,7 +59,7 @@ Below it the normal turns in proportion, so that forces are continuous when a co
 
 
 @njit(**INLINE_OPTIONS)
-def slopes_of_upper_base_normal(relative_motion: JointRelativeMotion) -> tuple[float, float]:
+def slopes_of_upper_base_normal(relative_motion: JointRelativePoseAndVelocity) -> tuple[float, float]:
     """Return the horizontal components of the normal of the upper stone's base, divided by the vertical one."""
     normal = cross_product(relative_motion.upper_x_axis, relative_motion.upper_y_axis)
     up = normal.z if normal.z > 0.1 else 0.1
@@ -80,17 +80,17 @@ def contact_normal_weight_of_rim_side(base_overhang_beyond_side: float, side_dis
 
 @njit(**INLINE_OPTIONS)
 def add_point_to_contact_normal_sums(
-    contact_normal_sums: ContactLoadSumsForNormalDirection,
+    contact_normal_sums: LoadSumsToFindContactNormal,
     point_position: ContactPointPosition,
     contact_normal_slope_xy_at_point: tuple[float, float],
-) -> ContactLoadSumsForNormalDirection:
+) -> LoadSumsToFindContactNormal:
     """Return the sums for the normal of contact with one more contact point, whose normal has a given slope (x, y)."""
     load = point_position.joint_stiffness_share * (
         -point_position.upper_base_height_above_lower_face
         if point_position.upper_base_height_above_lower_face < 0.0
         else 0.0
     )
-    return ContactLoadSumsForNormalDirection(
+    return LoadSumsToFindContactNormal(
         contact_normal_sums.stiffness_share_times_penetration + load,
         contact_normal_sums.stiffness_share_times_penetration_times_x + load * point_position.x_in_lower_face_frame,
         contact_normal_sums.stiffness_share_times_penetration_times_y + load * point_position.y_in_lower_face_frame,
@@ -105,7 +105,7 @@ def add_point_to_contact_normal_sums(
 def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
-        store_sums_for_contact_normal(joint_rows, j, ContactLoadSumsForNormalDirection(0.0, 0.0, 0.0, 0.0, 0.0))
+        store_sums_for_contact_normal(joint_rows, j, LoadSumsToFindContactNormal(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -188,7 +188,7 @@ def rotation_from_z_axis_to_normal(unit_normal: Vector3) -> Matrix3:
 
 
 @njit(**INLINE_OPTIONS)
-def contact_frame_with_mean_normal(contact_normal_sums: ContactLoadSumsForNormalDirection) -> JointFrameAxesAndOrigin:
+def contact_frame_with_mean_normal(contact_normal_sums: LoadSumsToFindContactNormal) -> JointFrameAxesAndOrigin:
     """Return axes and origin of the coordinate frame of a contact, with the mean normal, in the lower face's frame.
 
     The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
@@ -242,7 +242,7 @@ def rotate_contact_frame_to_mean_normal(
         origin = plus(pose.origin, matrix_times_vector(pose.axes, turn.origin))
         new = predicted_motion_relative_to_contact_frame(upper_stone_rows, lower_stone_rows, j, axes, origin)
         store_joint_frame(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
-        store_relative_motion(joint_rows, j, JointRelativeMotion(
+        store_relative_motion(joint_rows, j, JointRelativePoseAndVelocity(
             new.upper_base_centre, new.upper_x_axis, new.upper_y_axis, new.velocity_at_origin, new.angular_velocity,
             old.smallest_distance_of_base_corners_inside_rim, old.contact_patch_perimeter
         ))  # fmt: skip
@@ -264,7 +264,7 @@ def keep_lower_face_normal_beyond_critical_lean(upper_stone_rows: Any, joint_row
         store_sums_for_contact_normal(
             joint_rows,
             j,
-            ContactLoadSumsForNormalDirection(
+            LoadSumsToFindContactNormal(
                 rim.stiffness_share_times_penetration,
                 rim.stiffness_share_times_penetration_times_x,
                 rim.stiffness_share_times_penetration_times_y,

@@ -14,7 +14,7 @@ from overturning.dem.body.state import (
 from overturning.dem.body.vectors import renormalise_nearly_unit_quaternion
 from overturning.dem.kernel.ending import CaseProgress, continuation_sample_tick_and_last_upright_time
 from overturning.dem.kernel.ground import (
-    BaseAccelerationsWithMaximaAhead,
+    BaseAccelerationsAndMaximaInWindowAhead,
     count_skippable_samples,
     is_rest_check_sample,
     next_window_motion_is_below_rest_limit,
@@ -81,7 +81,7 @@ class StackKernelInput(NamedTuple):
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     stone_results: NDArray[np.void]
     """Results of each stone to fill in, of type `STONE_RESULT_TABLE_DTYPE`, shape (n, stones)."""
-    ground_motion: BaseAccelerationsWithMaximaAhead
+    ground_motion: BaseAccelerationsAndMaximaInWindowAhead
     friction_by_case_and_joint: FloatArray
     """Coefficient of friction of each joint, shape (n, stones)."""
     stone_table_by_stack: NDArray[np.void]
@@ -269,7 +269,7 @@ def skip_samples_too_weak_to_move_resting_cases(
         return
     for j in range(active_lane_count):
         course = load_case_progress(state, j)
-        bound = load_rest_flag_and_limits(state, j).max_possible_rest_acceleration_limit_g
+        bound = load_rest_flag_and_limits(state, j).max_possible_base_acceleration_without_motion_g
         now = course.current_sample + state[TICKS_SINCE_SAMPLE_START_ROW + j] * (1.0 / settings.ticks_per_sample)
         # Test the motion first: testing the stack takes longer.
         if not (state[MAY_BE_AT_REST_ROW_OFFSET + j] > 0.0 and is_rest_check_sample(now)):

@@ -17,7 +17,7 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, create_tuple_sum_difference_and_maximum_functions
-from overturning.dem.stack.joint_state import JointEquations
+from overturning.dem.stack.joint_state import PredictedJointForceAndDerivatives
 from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
     ForceAndMomentOrVelocities,
@@ -56,11 +56,13 @@ def rotate_matrix(rotation_to_new_axes: Matrix3, m: Matrix3) -> Matrix3:
 
 
 @njit(**INLINE_OPTIONS)
-def rotate_contact_equations(rotation_to_new_axes: Matrix3, joint_equations: JointEquations) -> JointEquations:
+def rotate_contact_equations(
+    rotation_to_new_axes: Matrix3, joint_equations: PredictedJointForceAndDerivatives
+) -> PredictedJointForceAndDerivatives:
     """Rotate two stones' contact terms in the equations, from the axes of their contact to those of the ground."""
     wrench = joint_equations.predicted_wrench_replaced_by_velocity_change
     joint_matrix = joint_equations.half_step_times_wrench_decrease_per_velocity
-    return JointEquations(
+    return PredictedJointForceAndDerivatives(
         ForceAndMomentOrVelocities(
             matrix_times_vector(rotation_to_new_axes, wrench.force_or_velocity),
             matrix_times_vector(rotation_to_new_axes, wrench.moment_or_angular_velocity),
@@ -231,7 +233,7 @@ def scale_wrench(factor: float, w: ForceAndMomentOrVelocities) -> ForceAndMoment
 def eliminate_stone_from_equations(
     upper_stone_equations: DiagonalBlockAndRightSide,
     lower_stone_equations: DiagonalBlockAndRightSide,
-    joint_equations: JointEquations,
+    joint_equations: PredictedJointForceAndDerivatives,
     half_step_length_s: float,
     contact_origin_from_upper_stone_centre: Vector3,
     contact_origin_from_lower_stone_centre: Vector3,
@@ -289,7 +291,7 @@ def eliminate_stone_from_equations(
 @njit(**INLINE_OPTIONS)
 def solve_velocity_correction_of_lowest_stone(
     lowest_stone_equations_without_upper_stones: DiagonalBlockAndRightSide,
-    joint_equations: JointEquations,
+    joint_equations: PredictedJointForceAndDerivatives,
     half_step_length_s: float,
     contact_origin_from_stone_centre: Vector3,
 ) -> ForceAndMomentOrVelocities:

@@ -76,7 +76,7 @@ def write_initial_stack_state(
         lane,
         StackRestFlagAndLimits(
             case_table_row.rest_limit_to_onset_acceleration_ratio,
-            case_table_row.max_possible_rest_acceleration_limit_g,
+            case_table_row.max_possible_base_acceleration_without_motion_g,
             0.0,
         ),
     )
@@ -125,13 +125,13 @@ def write_stone_constants_and_initial_state(stone_rows: Any, lane: int, stone_ta
         stone_rows,
         lane,
         StoneConstants(
-            mass_over_inertia=SymmetricMatrix(
-                stone_table_row.mass_over_inertia_xx,
-                stone_table_row.mass_over_inertia_yy,
-                stone_table_row.mass_over_inertia_zz,
-                stone_table_row.mass_over_inertia_xy,
-                stone_table_row.mass_over_inertia_xz,
-                stone_table_row.mass_over_inertia_yz,
+            mass_times_inverse_inertia=SymmetricMatrix(
+                stone_table_row.mass_times_inverse_inertia_xx,
+                stone_table_row.mass_times_inverse_inertia_yy,
+                stone_table_row.mass_times_inverse_inertia_zz,
+                stone_table_row.mass_times_inverse_inertia_xy,
+                stone_table_row.mass_times_inverse_inertia_xz,
+                stone_table_row.mass_times_inverse_inertia_yz,
             ),
             inertia_per_mass=SymmetricMatrix(
                 stone_table_row.inertia_per_mass_xx,
@@ -182,7 +182,7 @@ def write_initial_joint_state(
         tilting_share_of_friction_moment_in_flat_landing=(
             0.0 if friction * centre_height_above_base <= nearest_base_side_distance else 1.0
         ),
-        min_base_distance_inside_rim_to_defer_contact=joint_table_row.min_base_distance_inside_rim_to_defer_contact,
+        min_rim_distance_to_defer_flat_landing_contact=joint_table_row.min_rim_distance_to_defer_flat_landing_contact,
         upper_base_corner_count=joint_table_row.upper_base_corner_count,
     ))  # fmt: skip
     still = TangentialVectorWithScaledTwist(0.0, 0.0, 0.0)

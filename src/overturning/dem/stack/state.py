@@ -48,7 +48,7 @@ class StackRestFlagAndLimits(NamedTuple):
 
     rest_limit_to_onset_acceleration_ratio: float
     """Ratio of the acceleration up to which a stack at rest stays at rest to that which slides or unloads a joint."""
-    max_possible_rest_acceleration_limit_g: float
+    max_possible_base_acceleration_without_motion_g: float
     """Upper bound of the base acceleration over g up to which the stack stays at rest; 0 if no sample is skipped."""
     may_be_at_rest_at_sample_start: float
     """1 if the stack may be at rest at the beginning of the sample, else 0."""
@@ -103,7 +103,7 @@ class ContactPowerLossAndLostSpringEnergy(NamedTuple):
 class StoneConstants(NamedTuple):
     """Mass, inertia, dimensions and fall limits of a stone, which do not change during a case."""
 
-    mass_over_inertia: SymmetricMatrix
+    mass_times_inverse_inertia: SymmetricMatrix
     """Inverse inertia in the stone's own axes, m/I, 1/m²."""
     inertia_per_mass: SymmetricMatrix
     """Inertia in the stone's own axes, I/m, m²."""

@@ -78,7 +78,7 @@ def joint_constants_of_stack(
     )
     rows["flat_landing_duration_s"] = FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / stiffness
     rows["upper_base_corner_count"] = [len(stone.base_corners_xy_from_centre_of_mass) for stone in stones]
-    rows["min_base_distance_inside_rim_to_defer_contact"] = np.where(
+    rows["min_rim_distance_to_defer_flat_landing_contact"] = np.where(
         [len(stone.base_corners_xy_from_centre_of_mass) > 4 for stone in stones],
         MIN_RIM_DISTANCE_FOR_DEFERRED_CONTACT_TO_WIDTH * width,
         RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M,
@@ -100,7 +100,7 @@ def stone_constants_and_initial_states_table(
     ):
         inverse = inverse_of_inertia_with_only_xz_product(stone.inertia_per_mass)
         for name, at in pairs.items():
-            row[f"inertia_per_mass_{name}"], row[f"mass_over_inertia_{name}"] = (
+            row[f"inertia_per_mass_{name}"], row[f"mass_times_inverse_inertia_{name}"] = (
                 stone.inertia_per_mass[at],
                 inverse[at],
             )

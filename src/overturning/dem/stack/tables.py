@@ -31,7 +31,7 @@ class StackCaseTableRow(NamedTuple):
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
     rest_limit_to_onset_acceleration_ratio: float
     """Share of the acceleration that slides or unloads a joint, up to which a stack at rest stays at rest."""
-    max_possible_rest_acceleration_limit_g: float
+    max_possible_base_acceleration_without_motion_g: float
     """Upper bound of the base acceleration over g up to which the stack stays at rest; 0 if no sample is skipped."""
     first_simulated_sample: float
     """First sample that is computed."""
@@ -108,10 +108,14 @@ STONE_TABLE_DTYPE: Final = np.dtype(
         for name in (
             *(
                 f"{tensor}_{axes}"
-                for tensor in ("mass_over_inertia", "inertia_per_mass")
+                for tensor in ("mass_times_inverse_inertia", "inertia_per_mass")
                 for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
             ),
-            *(name for name in StoneConstants._fields if name not in {"mass_over_inertia", "inertia_per_mass"}),
+            *(
+                name
+                for name in StoneConstants._fields
+                if name not in {"mass_times_inverse_inertia", "inertia_per_mass"}
+            ),
             "nearest_base_side_distance",
             "centre_height_at_rest",
         )

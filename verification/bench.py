@@ -28,7 +28,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
-from overturning.units import GRANITE_DENSITY
+from overturning.units import DEFAULT_STONE_DENSITY_KG_M3
 from verification import scalar
 from verification.inputs import (
     FRICTION_PREVENTING_SLIDING,
@@ -56,7 +56,7 @@ from verification.whole_run import QUANTITY_PREFIX_WITH_FORK_SERVER, fork_server
 
 
 @njit
-def _run_independent_multiply_adds(round_count: int) -> float:
+def _sum_independent_multiply_add_chains(round_count: int) -> float:
     """Run 2048 multiply-adds per round, in 256 independent chains, so that LLVM can compute many at once."""
     values = np.ones(256)
     for _ in range(round_count):
@@ -78,7 +78,7 @@ SOFT_CONTACT = Contact(static_penetration=2e-5)
 def measure_peak_flop_per_second_of_core() -> float:
     """Return the floating-point operations per second of independent, unfused multiplications and additions."""
     rounds = 200_000
-    return rounds * 256 * 16 / minimum_processor_time(lambda: _run_independent_multiply_adds(rounds))
+    return rounds * 256 * 16 / minimum_processor_time(lambda: _sum_independent_multiply_add_chains(rounds))
 
 
 def flop_per_block_step(compiled_loop: Any) -> int:
@@ -117,7 +117,7 @@ def scalar_loop_function_and_block_step_count(
     width, height = np.array([0.24]), np.array([0.6])
     stiff, _, dashpot = (
         float(one[0])
-        for one in SOFT_CONTACT.normal_shear_stiffness_and_damping_per_mass(width, height, GRANITE_DENSITY)
+        for one in SOFT_CONTACT.corner_stiffness_and_damping_per_mass(width, height, DEFAULT_STONE_DENSITY_KG_M3)
     )
     wave, own = motion.acceleration_along(0.0), (motion.sampling_interval, steps_per_sample, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, block_count).tolist()

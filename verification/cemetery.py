@@ -175,7 +175,7 @@ def draw_population_fall_rates_and_return_markdown(results: StudyResults) -> str
             one.count.records,
             one.count.earthquakes,
         )
-        for one in found.by_intensity
+        for one in found.median_fall_rate_by_jma_degree
     ]
     text = wrap_text(
         f"The median fall rate under the records at amplitude 1 is {middle:.0f} %; the middle half of the records "

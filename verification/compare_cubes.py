@@ -70,7 +70,7 @@ def fallen_count_and_share_text(overturned_flags: NDArray[np.int8]) -> str:
     return f"{down:,} ({percentage(down, int(known.sum())):.2f} %)"
 
 
-def median_and_95_percent_change_text(changes_by_cell: FloatArray) -> str:
+def signed_median_and_absolute_95_percent_change_text(changes_by_cell: FloatArray) -> str:
     """Return a text with the median of signed changes and the 95 % quantile of their absolute values."""
     return (
         f"{np.median(changes_by_cell):+.2g}, {np.quantile(np.abs(changes_by_cell), 0.95):.2g}"
@@ -79,7 +79,7 @@ def median_and_95_percent_change_text(changes_by_cell: FloatArray) -> str:
     )
 
 
-def peak_or_residual_slip_of_cells(cube: xr.Dataset) -> FloatArray:
+def peak_slip_or_residual_slip_of_stacks(cube: xr.Dataset) -> FloatArray:
     """Return the peak slip of each cell of a cube, m; the residual slip for stacks, whose cubes have no peak slip."""
     if "peak_slip" in cube:
         return np.asarray(cube.peak_slip, dtype=np.float64)
@@ -111,11 +111,12 @@ def outcome_change_texts_by_quantity(old_cube: xr.Dataset, new_cube: xr.Dataset)
         peak_rotation_divided_by_critical_angle(new_cube),
         (before == 0) & (after == 0),
     )
-    slid, slid_too = peak_or_residual_slip_of_cells(old_cube), peak_or_residual_slip_of_cells(new_cube)
+    slid, slid_too = peak_slip_or_residual_slip_of_stacks(old_cube), peak_slip_or_residual_slip_of_stacks(new_cube)
     rocks, slides = (
         stands & (turned > MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA) & np.isfinite(turned_too),
         stands & (slid > MIN_PEAK_SLIP_OF_SLIDING_STONE_M),
     )
+    rotation_changes = signed_median_and_absolute_95_percent_change_text((turned_too - turned)[rocks])
     return {
         "cells": f"{before.size:,}",
         "fall, before": fallen_count_and_share_text(before),
@@ -126,10 +127,8 @@ def outcome_change_texts_by_quantity(old_cube: xr.Dataset, new_cube: xr.Dataset)
         "of them where the neighbours agree": f"{firmly.flags:,}",
         "sides changed, of what falls in both": f"{counts.sides:,} of {counts.fallen:,}",
         "of these where the neighbours agree": f"{firmly.sides:,} of {firmly.fallen:,}",
-        "peak rotation of what rocks and stands: change in α, median and 95 %": median_and_95_percent_change_text(
-            (turned_too - turned)[rocks]
-        ),
-        "peak slip of what stands: change in %, median and 95 %": median_and_95_percent_change_text(
+        "peak rotation of what rocks and stands: change in α, median and 95 %": rotation_changes,
+        "peak slip of what stands: change in %, median and 95 %": signed_median_and_absolute_95_percent_change_text(
             100 * (slid_too[slides] / slid[slides] - 1)
         ),
     }

@@ -74,7 +74,7 @@ def true_motion_of_example_survey() -> CandidateMotion:
     return CandidateMotion.from_motion("Te Mara Farm", record.event, Motion.of(record))
 
 
-def face_normal_azimuths_of_first_falls(
+def azimuths_of_first_falls_in_two_face_planes(
     motion: Motion,
     face_normal_azimuth_deg_by_stone: FloatArray,
     height_by_stone: FloatArray,
@@ -109,7 +109,7 @@ def invent_and_simulate_stones_by_cemetery() -> dict[str, list[InventedStone]]:
             drawn.append((face, height, shape, side, generator.normal(0.0, FALL_DIRECTION_STANDARD_DEVIATION_DEG)))
     face, height, shape, side, spread = np.array(drawn).T
     seen = (
-        face_normal_azimuths_of_first_falls(
+        azimuths_of_first_falls_in_two_face_planes(
             true_motion_of_example_survey().motion, face, height, np.column_stack([shape, side])
         )
         + spread

@@ -194,7 +194,7 @@ def measure_wrong_flags_by_step_and_contact(study_part: PartOfDefaultStudy) -> M
 STEP_CONTROL_CHANGE_CODE_TEMPLATE: Final = (
     "from overturning.dem.kernel import clock; clock.BLOCK_STEP_CONTROL = clock.BLOCK_STEP_CONTROL._replace({}={})"
 )
-SHORTEST_STEP_LENGTH_CODE_TEMPLATE: Final = STEP_CONTROL_CHANGE_CODE_TEMPLATE.format(
+SHORTEST_STEP_TIMES_OMEGA_CODE_TEMPLATE: Final = STEP_CONTROL_CHANGE_CODE_TEMPLATE.format(
     "max_contact_change_step_times_omega", "{}"
 )
 STEPS_BEFORE_DOUBLING_CODE_TEMPLATE: Final = STEP_CONTROL_CHANGE_CODE_TEMPLATE.format(
@@ -202,10 +202,10 @@ STEPS_BEFORE_DOUBLING_CODE_TEMPLATE: Final = STEP_CONTROL_CHANGE_CODE_TEMPLATE.f
 )
 STEP_CONTROL_CHANGE_CODE_BY_NAME: Final = {
     "unchanged": "",
-    "finest step half as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.04),
-    "finest step twice as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.16),
-    "finest step four times as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.32),
-    "finest step eight times as long": SHORTEST_STEP_LENGTH_CODE_TEMPLATE.format(0.64),
+    "finest step half as long": SHORTEST_STEP_TIMES_OMEGA_CODE_TEMPLATE.format(0.04),
+    "finest step twice as long": SHORTEST_STEP_TIMES_OMEGA_CODE_TEMPLATE.format(0.16),
+    "finest step four times as long": SHORTEST_STEP_TIMES_OMEGA_CODE_TEMPLATE.format(0.32),
+    "finest step eight times as long": SHORTEST_STEP_TIMES_OMEGA_CODE_TEMPLATE.format(0.64),
     "every change in a finest step": (
         "from overturning.dem.block import state; state.MAX_CONTACT_CHANGE_TRAVEL_OVER_B_P_ALPHA_MIN_DT *= 0"
     ),
@@ -218,7 +218,7 @@ STEP_CONTROL_CHANGE_CODE_BY_NAME: Final = {
         "from overturning.dem.block import state; state.MIN_OMEGA_DT_FOR_STANDING_STEPS_OF_ONE_SAMPLE *= 1e9"
     ),
     "no step repeated at the same length, only halved": STEP_CONTROL_CHANGE_CODE_TEMPLATE.format(
-        "max_repeats_with_corrected_sliding", 0.0
+        "max_repetitions_with_corrected_sliding", 0.0
     ),
 }
 """Statements that change one rule of the clock before the kernel is imported, by name."""
@@ -257,7 +257,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
             case_groups, model=gravestone(Contact(static_penetration=static_penetration_to_width_ratio)), **how
         )
 
-    def percentage_texts_of_wrong_flags_and_outcomes(
+    def wrong_flag_and_wrong_flag_or_side_percent_texts(
         compared_results: ResultsWithProcessorTime, reference_results: ResultsWithProcessorTime
     ) -> tuple[str, ...]:
         """Return the percentages of cases with a wrong flag and with a wrong flag or side, as texts."""
@@ -284,7 +284,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
             for name, step in steps.items()
         }
         cells = (
-            "–" if one is exact else " / ".join(percentage_texts_of_wrong_flags_and_outcomes(one, exact))
+            "–" if one is exact else " / ".join(wrong_flag_and_wrong_flag_or_side_percent_texts(one, exact))
             for one in found.values()
         )
         lines.append((f"{penetration:g}", *cells))
@@ -323,7 +323,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
         "rigid-limit-map": markdown_table(("δ/B", *steps), lines),
         "chaos": markdown_table(
             ("between", "flags that differ, %", "sides that differ, %"),
-            [(name, *percentage_texts_of_wrong_flags_and_outcomes(*pair)) for name, pair in pairs.items()],
+            [(name, *wrong_flag_and_wrong_flag_or_side_percent_texts(*pair)) for name, pair in pairs.items()],
         ),
     }
 

@@ -108,7 +108,7 @@ class DifferencesFromReferenceResults(NamedTuple):
     """Errors of peak rotation, as a share of α."""
     count_of_cases_with_unstable_status: int
     computed_steps_times_elements: int
-    max_relative_energy_error: float
+    max_energy_balance_error: float
     """Largest energy error of the simulated cases."""
 
     def cost_and_error_columns(self, processor_time_s: float) -> dict[str, float]:
@@ -131,7 +131,7 @@ class DifferencesFromReferenceResults(NamedTuple):
                 np.quantile(self.standing_block_peak_rotation_errors_over_alpha, 0.9)
             ),
             "marked": self.count_of_cases_with_unstable_status,
-            "largest energy error": round_to_three_significant_digits(self.max_relative_energy_error),
+            "largest energy error": round_to_three_significant_digits(self.max_energy_balance_error),
         }
 
 

@@ -247,7 +247,7 @@ def table_of_errors_and_run_time_by_step() -> str:
     )
 
 
-def count_flag_changes_by_rest_skip_or_amplitude() -> Iterator[MeasuredNumber]:
+def count_flags_sensitive_to_rest_skip_or_amplitude() -> Iterator[MeasuredNumber]:
     """Count flags of three pillars that change if samples at rest are skipped or the amplitude changes by 1e-9.
 
     The flags are overturning flags.
@@ -337,7 +337,7 @@ def main(
     made: dict[str, tuple[str, Callable[[], Iterator[MeasuredNumber]]]] = {
         "speed": ("scenes.csv", measure_element_steps_per_second),
         "peers": ("scenes.csv", partial(measure_speed_and_accuracy_beside_physics_engines, peer_cases)),
-        "pillars": ("scenes.csv", count_flag_changes_by_rest_skip_or_amplitude),
+        "pillars": ("scenes.csv", count_flags_sensitive_to_rest_skip_or_amplitude),
         "kernels": ("both-kernels.csv", compare_block_and_general_kernels),
     }
     others = tuple(f"{label}:" for label, *_ in COMPARED_SETTINGS[1:])

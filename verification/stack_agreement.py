@@ -65,7 +65,7 @@ def topmost_stone_outcomes_in_this_program(
     grid = Cases(
         case.orientation_deg, height, b_over_h, np.full(cases, case.stack.friction), np.array(amplitude_factors)
     )
-    found = simulate_cases(model, case.strong_part_of_scaled_record, grid, NumericalOptions())
+    found = simulate_cases(model, case.part_of_scaled_record_that_can_move_a_stone, grid, NumericalOptions())
     fell = found.overturned[:, -1] == 1
     azimuths = np.where(fell, found.fall_azimuth[:, -1], np.nan).tolist()
     rows = zip(azimuths, found.status.tolist(), (found.slid_off == 1).any(axis=1).tolist(), strict=True)

@@ -30,7 +30,7 @@ class StackUnderScaledRecord(NamedTuple):
     stack: BoxStack
 
     @property
-    def strong_part_of_scaled_record(self) -> Motion:
+    def part_of_scaled_record_that_can_move_a_stone(self) -> Motion:
         """Record multiplied by the factor, cut to the time in which it can move a stone, with half a second before.
 
         The limit is half of the least acceleration that opens a joint or lets it slide.
@@ -66,7 +66,7 @@ def draw_random_stack_cases(
     while len(found) < case_count:
         case = _draw_stack_case(generator, records, 2 + len(found) % 2)
         if np.hypot(
-            *case.strong_part_of_scaled_record.horizontal_components
+            *case.part_of_scaled_record_that_can_move_a_stone.horizontal_components
         ).max() > min_acceleration_to_open_or_slide_a_joint(case.stack):
             found.append(case)
     return found

@@ -50,13 +50,13 @@ def label_motion_and_time_step_of_robustness_runs(
     case: StackUnderScaledRecord, time_step: float
 ) -> Iterator[tuple[str, Motion, float]]:
     """Yield label, motion and time step of the runs that must agree in a robust case; the first is the nominal one."""
-    yield "", case.strong_part_of_scaled_record, time_step
-    yield "half the step", case.strong_part_of_scaled_record, 0.5 * time_step
+    yield "", case.part_of_scaled_record_that_can_move_a_stone, time_step
+    yield "half the step", case.part_of_scaled_record_that_can_move_a_stone, 0.5 * time_step
     for factor in (1.0 - RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE, 1.0 + RELATIVE_AMPLITUDE_CHANGE_OF_ROBUST_CASE):
-        yield f"amplitude × {factor:g}", case.strong_part_of_scaled_record.scaled_by(factor), time_step
+        yield f"amplitude × {factor:g}", case.part_of_scaled_record_that_can_move_a_stone.scaled_by(factor), time_step
 
 
-def outcome_and_robustness_in_solver(solver_name: str, case: StackUnderScaledRecord) -> dict[str, Any]:
+def outcome_stability_and_run_time_in_solver(solver_name: str, case: StackUnderScaledRecord) -> dict[str, Any]:
     """Return the outcome of a case in a solver, whether slight changes keep it, and the time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[solver_name], None, "", 0.0
     for label, motion, time_step in label_motion_and_time_step_of_robustness_runs(
@@ -86,7 +86,7 @@ def run_unfinished_cases_and_join_outcomes(solver_name: str, process_count: int)
                 finished[number] = row
     with ProcessPoolExecutor(process_count) as pool, partial_path.open("a", encoding="utf-8") as partial_file:
         waiting = {
-            pool.submit(outcome_and_robustness_in_solver, solver_name, case): (number, case)
+            pool.submit(outcome_stability_and_run_time_in_solver, solver_name, case): (number, case)
             for number, case in enumerate(cases)
             if number not in finished
         }

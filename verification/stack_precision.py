@@ -56,14 +56,18 @@ def fall_azimuth_and_processor_time_in_program(
     height, b_over_h = reference_element_height_and_b_over_h(model.scene)
     orientations = (case.orientation_deg + 45.0 * np.arange(together)) % 360.0
     cases = Cases(orientations, height, b_over_h, case.stack.friction)
-    steps = plan_simulation(model, case.strong_part_of_scaled_record, cases, NumericalOptions()).steps_per_sample[0]
+    steps = plan_simulation(
+        model, case.part_of_scaled_record_that_can_move_a_stone, cases, NumericalOptions()
+    ).steps_per_sample[0]
     begin = time.process_time()
     found = simulate_cases(
         model,
-        case.strong_part_of_scaled_record,
+        case.part_of_scaled_record_that_can_move_a_stone,
         cases,
         NumericalOptions(
-            time_step=step_to_automatic_step_ratio * case.strong_part_of_scaled_record.sampling_interval / float(steps)
+            time_step=step_to_automatic_step_ratio
+            * case.part_of_scaled_record_that_can_move_a_stone.sampling_interval
+            / float(steps)
         ),
     )
     seconds = (time.process_time() - begin) / together
@@ -79,7 +83,11 @@ def fall_azimuth_and_processor_time_in_solver(
         return fall_azimuth_and_processor_time_in_program(case, time_step)
     begin = time.process_time()
     found = topmost_stone_outcome_in_engine(
-        STACK_ENGINES[solver_name], case.stack, case.strong_part_of_scaled_record, case.orientation_deg, time_step
+        STACK_ENGINES[solver_name],
+        case.stack,
+        case.part_of_scaled_record_that_can_move_a_stone,
+        case.orientation_deg,
+        time_step,
     )
     return found.fall_azimuth_deg, time.process_time() - begin
 

@@ -202,7 +202,7 @@ def insert_markdown_between_markers_in_docs(
         raise ResultError(f"no page of docs/ nor README.md has {names}; add these markers to a page")
 
 
-def write_table(
+def write_table_as_netcdf_and_csv(
     rows: pd.DataFrame,
     path: Path,
     *,
@@ -251,7 +251,7 @@ def write_csv(rows: pd.DataFrame, path: Path) -> None:
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read a table from a NetCDF file of `write_table`; its attributes become those of the frame.
+    """Read a table from a NetCDF file of `write_table_as_netcdf_and_csv`; its attributes become those of the frame.
 
     Raises
     ------

@@ -71,7 +71,7 @@ def cubes_with_and_without_vertical_motion(**study_settings: Any) -> tuple[xr.Da
     return with_up, without
 
 
-def measure_effect_of_vertical_motion_in_2d() -> Iterator[MeasuredNumber]:
+def count_2d_falls_with_and_without_vertical_motion() -> Iterator[MeasuredNumber]:
     """Yield the shares of the study config/waiau.yaml in which blocks fall with and without vertical motion."""
     study = load_study(ROOT / "config" / "waiau.yaml")
     with_up, without = cubes_with_and_without_vertical_motion(
@@ -98,7 +98,7 @@ def measure_effect_of_vertical_motion_in_2d() -> Iterator[MeasuredNumber]:
             yield MeasuredNumber(f"2-D: B/H {b_over_h:g}, falls {setting} vertical motion", share, "%")
 
 
-def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredNumber]:
+def count_3d_falls_with_and_without_vertical_motion() -> Iterator[MeasuredNumber]:
     """Yield the shares of the tutorial's 3-D stones that fall, and changes of their fall azimuths."""
     cubes = cubes_with_and_without_vertical_motion(**SETTINGS_OF_3D_STUDY)
     first, second = (cube["overturned"].to_numpy() == 1 for cube in cubes)
@@ -118,7 +118,7 @@ def measure_effect_of_vertical_motion_in_3d() -> Iterator[MeasuredNumber]:
 def main() -> None:
     """Write the measured numbers and the printed output of the tutorial, and fill them into its page."""
     write_measured_numbers(
-        [*measure_effect_of_vertical_motion_in_2d(), *measure_effect_of_vertical_motion_in_3d()],
+        [*count_2d_falls_with_and_without_vertical_motion(), *count_3d_falls_with_and_without_vertical_motion()],
         RESULT_TABLE_FOLDER / "tutorial.csv",
     )
     write_text(RESULT_TABLE_FOLDER / "tutorial-survey.txt", output_of_tutorial_survey_command())

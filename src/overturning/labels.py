@@ -73,6 +73,6 @@ def unsimulated_azimuth_ranges_deg(cube: "xr.Dataset") -> list[tuple[float, floa
     return [(begin, end) for begin, end, missing in ranges if missing]
 
 
-def unsimulated_azimuth_label(cube: "xr.Dataset") -> str:
+def unsimulated_azimuth_ranges_text(cube: "xr.Dataset") -> str:
     """Return the azimuth ranges without simulations as text: "between 90° and 180°"; "" for a full circle."""
     return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in unsimulated_azimuth_ranges_deg(cube))

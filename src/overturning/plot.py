@@ -71,10 +71,10 @@ def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, titl
     from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on one radial scale
     (2-D only).
     """
-    from overturning.study.cube import default_figure_values_by_dimension_name
+    from overturning.study.cube import default_height_and_friction_of_figures
 
     return _draw_fall_maps_of_one_or_several_records(
-        "polar", cube.sel(default_figure_values_by_dimension_name(cube)), record, title
+        "polar", cube.sel(default_height_and_friction_of_figures(cube)), record, title
     )
 
 

@@ -14,7 +14,7 @@ CM: Final = 0.01
 EARTH_RADIUS_KM: Final = 6371.0
 """Mean radius of the Earth, km."""
 
-GRANITE_DENSITY: Final = 2650.0
+DEFAULT_STONE_DENSITY_KG_M3: Final = 2650.0
 """Default density of a gravestone, kg/m³."""
 
 ACCELERATION_UNITS_IN_M_S2: Final[dict[str, float]] = {

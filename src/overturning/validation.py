@@ -119,16 +119,18 @@ class StrictModel(BaseModel):
 @cache
 def _keys_whose_values_are_numbers(model_class: type[BaseModel]) -> frozenset[str]:
     """Return the keys of a settings model whose values are numbers, or lists of numbers, and never Booleans."""
-    types = {name: _types_of_setting_value(field.annotation) for name, field in model_class.model_fields.items()}
+    types = {
+        name: _types_of_setting_or_its_list_items(field.annotation) for name, field in model_class.model_fields.items()
+    }
     return frozenset(name for name, own in types.items() if own & {int, float} and bool not in own)
 
 
-def _types_of_setting_value(annotation: Any) -> set[type]:
+def _types_of_setting_or_its_list_items(annotation: Any) -> set[type]:
     """Return the types of a setting's value, or of the values in its list, from its type annotation."""
     if isinstance(annotation, type) and not get_args(annotation):
         return {annotation}
     parts = () if get_origin(annotation) is Literal else get_args(annotation)
-    return {each for part in parts for each in _types_of_setting_value(part)}
+    return {each for part in parts for each in _types_of_setting_or_its_list_items(part)}
 
 
 def _replace_booleans_by_texts(value: Any) -> Any:

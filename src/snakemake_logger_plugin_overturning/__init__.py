@@ -76,21 +76,21 @@ class LogHandler(LogHandlerBase):
         if self._stopped:  # Snakemake reports stopped jobs as failed
             return
         if event == LogEvent.JOB_ERROR:
-            self._report_failure(_error_message_of_step(about["rule_name"], about["log"]))
+            self._report_failure(_last_error_message_in_step_log(about["rule_name"], about["log"]))
         elif event == LogEvent.GROUP_ERROR:
             for job in about["job_error_info"]:
-                self._report_failure(_error_message_of_step(job["rule_name"], job["log"]))
+                self._report_failure(_last_error_message_in_step_log(job["rule_name"], job["log"]))
         elif text.startswith(_USER_STOP_MESSAGE):
             self._stopped = True
-            self._print_message(f"Stopped; {_RESUME_HINT}.")
+            self._clear_progress_line_and_print(f"Stopped; {_RESUME_HINT}.")
         elif any(words in text for words in _HIDDEN_MESSAGES):
             return
         elif event == LogEvent.ERROR:
             self._report_failure(f"error: {_snakemake_error_without_code_positions(text)}")
         elif record.levelno >= WARNING:
-            self._print_message(text)
+            self._clear_progress_line_and_print(text)
         elif text == NOTHING_TO_BE_DONE_MSG or "result" in about:
-            self._print_message(text, sys.stdout)
+            self._clear_progress_line_and_print(text, sys.stdout)
 
     @override
     def close(self) -> None:
@@ -101,9 +101,11 @@ class LogHandler(LogHandlerBase):
             self._clear_progress_line()
         # Repeat the failures at the end, where a user sees them.
         if self._expected.total_job_count and self._failures and not self._stopped:
-            self._print_message(f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUME_HINT}.")
+            self._clear_progress_line_and_print(
+                f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUME_HINT}."
+            )
             for text in self._failures:
-                self._print_message(text)
+                self._clear_progress_line_and_print(text)
         self._failures.clear()
         super().close()
 
@@ -132,16 +134,16 @@ class LogHandler(LogHandlerBase):
             well = event_kind == LogEvent.JOB_FINISHED
             self._expected.store_job_end(event_data["job_id" if well else "jobid"], well)
             if self._first_figure is not None and self._first_figure.is_file():
-                self._print_message(f"First polar map: {self._first_figure}")
+                self._clear_progress_line_and_print(f"First polar map: {self._first_figure}")
                 self._first_figure = None
 
     def _report_failure(self, failure_message: str) -> None:
         """Print a message of failure once, and keep it to be repeated at the end of the run."""
         if failure_message not in self._failures:
             self._failures[failure_message] = None
-            self._print_message(failure_message)
+            self._clear_progress_line_and_print(failure_message)
 
-    def _print_message(self, text: str, output_stream: Any = None) -> None:
+    def _clear_progress_line_and_print(self, text: str, output_stream: Any = None) -> None:
         """Clear the progress line and print a text, by default to the standard error stream."""
         self._clear_progress_line()
         print(text, file=output_stream or sys.stderr, flush=True)
@@ -172,7 +174,7 @@ def _first_input_size_over_folder_mean(input_files: list[str]) -> float:
     return 1.0
 
 
-def _error_message_of_step(rule_name: str, log_files: list[str]) -> str:
+def _last_error_message_in_step_log(rule_name: str, log_files: list[str]) -> str:
     """Return the error message at the end of a step's log; the last line if it is a traceback."""
     for log in log_files:
         lines = [line for line in _read_log_lines(Path(log)) if line.strip()]

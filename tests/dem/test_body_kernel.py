@@ -121,7 +121,7 @@ def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
 ) -> None:
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
     body = shape.solid(0.6, ratio, aspect)
-    normal, _, dashpot = SOFT_CONTACT.normal_shear_stiffness_and_damping_per_mass(body)
+    normal, _, dashpot = SOFT_CONTACT.corner_stiffness_and_damping_per_mass(body)
     mode = largest_squared_frequency_on_unit_springs(body)
     limit = float(
         longest_stable_or_accurate_step(IntegrationScheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode))

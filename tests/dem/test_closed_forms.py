@@ -217,7 +217,7 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
         -trajectory_of_element_named_stone(path).velocity_z.values[touch],
     )
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
-    normal, _, dashpot = contact.normal_shear_stiffness_and_damping_per_mass(0.6, 0.6, 2650.0)
+    normal, _, dashpot = contact.corner_stiffness_and_damping_per_mass(0.6, 0.6, 2650.0)
     duration, rebound = time_and_velocity_at_end_of_bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))
     start = time[touch] + (speed - fall) / STANDARD_GRAVITY
     # Its highest point after the rebound follows from the rebound speed.

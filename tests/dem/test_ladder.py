@@ -29,7 +29,7 @@ from overturning.dem.kernel.clock import (
     NextStepToAttempt,
     StepContactChanges,
     StepLimitsCommonToAllCases,
-    decide_rejection_and_next_step,
+    decide_rejection_sliding_and_next_step,
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases
@@ -85,7 +85,7 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
         NumericalOptions(refinement=refinement),
     )
     width = cases.b_over_h * cases.height
-    normal, tangential, dashpot = contact.normal_shear_stiffness_and_damping_per_mass(width, cases.height, 2650.0)
+    normal, tangential, dashpot = contact.corner_stiffness_and_damping_per_mass(width, cases.height, 2650.0)
     square, rate = (
         block_highest_eigenvalue_bound(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
@@ -140,7 +140,7 @@ def test_no_time_step_crosses_the_end_of_a_sample(pace: StepLimitsCommonToAllCas
         length, end = attempt.length_in_ticks, tick + attempt.length_in_ticks
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
-        again, _, attempt = decide_rejection_and_next_step.py_func(
+        again, _, attempt = decide_rejection_sliding_and_next_step.py_func(
             pace,
             case_step_control,
             attempt,
@@ -206,7 +206,7 @@ def step_is_rejected(
         block, case_step_control, length, False, SolvedCornerContactPair(left, right), False
     )
     return bool(
-        decide_rejection_and_next_step.py_func(
+        decide_rejection_sliding_and_next_step.py_func(
             BLOCK_STEP_CONTROL,
             case_step_control,
             NextStepToAttempt(length, 8.0, 0.0),
@@ -251,9 +251,9 @@ def test_sliding_correction_repeats_restart_at_each_step(pace: StepLimitsCommonT
     """Each try assumes that other contact points slide; tries of earlier steps do not count."""
     case_step_control, length = step_control_of_case(pace), 0.5 * pace.ticks_per_whole_step
     attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
-    most = int(pace.max_repeats_with_corrected_sliding)
+    most = int(pace.max_repetitions_with_corrected_sliding)
     for wrong in (False, *[True] * (most + 2), False, True):
-        again, _, attempt = decide_rejection_and_next_step.py_func(
+        again, _, attempt = decide_rejection_sliding_and_next_step.py_func(
             pace,
             case_step_control,
             attempt,
@@ -261,7 +261,7 @@ def test_sliding_correction_repeats_restart_at_each_step(pace: StepLimitsCommonT
             length,
             TICKS_PER_WHOLE_STEP,
         )
-        tries.append(attempt.repeats_with_corrected_sliding)
+        tries.append(attempt.repetitions_with_corrected_sliding_so_far)
         lengths.append(attempt.length_in_ticks)
         assert again == wrong
     assert tries == [*range(most + 1), 0, 1, 0, 1]
@@ -276,17 +276,17 @@ def test_a_step_in_which_sliding_begins_is_halved_with_unchanged_assumptions(pac
         NO_CONTACT_CHANGES._replace(has_wrong_slip_assumption=True, slides_on_all_points=True),
     )
     attempt, lengths = NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0), []
-    while attempt.repeats_with_corrected_sliding == 0.0:
-        again, as_before, attempt = decide_rejection_and_next_step.py_func(
+    while attempt.repetitions_with_corrected_sliding_so_far == 0.0:
+        again, as_before, attempt = decide_rejection_sliding_and_next_step.py_func(
             pace, case_step_control, attempt, begins, pace.ticks_per_whole_step, pace.ticks_per_whole_step
         )
         assert again
-        assert as_before == (attempt.repeats_with_corrected_sliding == 0.0)
+        assert as_before == (attempt.repetitions_with_corrected_sliding_so_far == 0.0)
         lengths.append(attempt.length_in_ticks)
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP_IN_SAMPLES * pace.ticks_per_whole_step
     # Sliding that was assumed is accepted in steps of any length.
     slides = NO_CONTACT_CHANGES._replace(slides_on_all_points=True)
-    assert not decide_rejection_and_next_step.py_func(
+    assert not decide_rejection_sliding_and_next_step.py_func(
         pace,
         case_step_control,
         NextStepToAttempt(pace.ticks_per_whole_step, 8.0, 0.0),

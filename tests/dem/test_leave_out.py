@@ -195,7 +195,7 @@ def test_skipping_times_at_rest_does_not_change_the_outcome_of_a_stack(
     given: dict[str, Any] = {"orientation_deg": [0.0, 20.0, 40.0, 80.0], "friction": [0.2, 0.6]}
     model = Stack(load_shipped_scene("three-tier"))
     short = simulate_as_arrays(motion, model=model, **given)
-    monkeypatch.setattr(stack_plan, "MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO", 0.0)
+    monkeypatch.setattr(stack_plan, "MAX_REST_LIMIT_TO_CORNER_SLIP_ACCELERATION_RATIO", 0.0)
     full = simulate_as_arrays(motion, model=model, **given)
     assert (full["samples_left_out"] == 0).all()
     assert short["samples_left_out"].mean() > 100

@@ -49,7 +49,7 @@ def smallest_rotations_to_rest_on_other_side(vertices: np.ndarray) -> list[float
 @pytest.mark.parametrize("name", SHIPPED_SCENE_NAMES)
 def test_fall_angles_of_shipped_scenes_are_rotations_to_rest_on_another_side(name: str) -> None:
     for item in place_elements(load_shipped_scene(name)):
-        if not item.is_driven_or_held:
+        if not item.has_prescribed_motion:
             assert item.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
                 smallest_rotations_to_rest_on_other_side(item.shape.vertices_from_whole_polygon_centroid),
                 abs=REST_ROTATION_SEARCH_STEP_RAD,

@@ -55,7 +55,7 @@ def test_forces_change_the_momentum_of_each_element(scene_trajectory: xr.Dataset
     assert known.size == len(time) - known[0] > 100
     steps = np.diff(time)[known[:-1]]
     for item in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"])):
-        if item.is_driven_or_held:
+        if item.has_prescribed_motion:
             continue
         force, moment = (
             values[known[:-1]] for values in force_and_moment_on_element(scene_trajectory, item.element.name)
@@ -91,7 +91,9 @@ def test_forces_press_at_vertices_and_respect_coulomb_friction(scene_trajectory:
 def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_trajectory: xr.Dataset) -> None:
     """The middle of the two lowest vertices is not necessarily below the centre; the ground does not rotate."""
     item = next(
-        one for one in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"])) if not one.is_driven_or_held
+        one
+        for one in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"]))
+        if not one.has_prescribed_motion
     )
     way, low = scene_trajectory.sel(element=item.element.name), item.shape.vertices_from_whole_polygon_centroid
     low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)

@@ -61,7 +61,7 @@ def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> N
     stone = prepared.elements[1]
     normal, tangential, dashpot = made.contact_law(
         *made.elements
-    ).contact_without_friction.normal_shear_stiffness_and_damping_per_mass(0.36, 1.2, 2650.0)
+    ).contact_without_friction.corner_stiffness_and_damping_per_mass(0.36, 1.2, 2650.0)
     assert made.contact_law(*made.elements).contact_without_friction == Contact()
     assert prepared.pair_contact_laws.normal_stiffness[0] / stone.mass == pytest.approx(float(normal), rel=1e-12)
     assert prepared.pair_contact_laws.tangential_stiffness[0] / stone.mass == pytest.approx(

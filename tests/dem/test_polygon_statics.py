@@ -263,7 +263,7 @@ def test_the_highest_contact_frequency_is_that_between_two_free_blocks() -> None
     made = prepare_scene(
         scene_of_elements(block_element("one", 0.3, 0.3, x=-0.2), block_element("other", 0.3, 0.3, x=0.25))
     )
-    masses = [item.mass for item in made.elements if not item.is_driven_or_held]
+    masses = [item.mass for item in made.elements if not item.has_prescribed_motion]
     stiffness = made.pair_contact_laws.normal_stiffness[made.pairs.index((2, 1, 0, 0))]
     assert made.max_omega_squared_on_springs == pytest.approx(
         4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9

@@ -43,7 +43,7 @@ def folder_and_differing_cases_with_figures(
     cube, other = (simulate_study_cube(settings, [record], folder, name) for name in ("nominal", "level"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(illustrative, "save_figure_files", save_only_film_strips_and_create_other_files_empty)
-        illustrative.draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
+        illustrative.choose_simulate_and_draw_illustrative_cases(cube, folder / "motion", folder / "cases", other)
     return folder, read_illustrative_case_list(folder / "cases")
 
 
@@ -97,7 +97,7 @@ def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeyp
         simulate_study_cube(settings, [sine_cycle_record("a", peak=4.5)], tmp_path, name)
         for name in ("nominal", "alone")
     )
-    illustrative.draw_illustrative_cases(cube, tmp_path / "motion", tmp_path / "cases", other)
+    illustrative.choose_simulate_and_draw_illustrative_cases(cube, tmp_path / "motion", tmp_path / "cases", other)
     first = read_illustrative_case_list(tmp_path / "cases")[0]
     assert first.variant_name_by_panel == ("nominal", "alone")
     assert ["fall" in outcome for outcome in first.panel_outcomes] == [False, True]

@@ -37,7 +37,7 @@ from overturning.figures.observed_rose import ObservedFallRoseCounts, observed_f
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.response import rotation_slip_and_uplift_figure
 from overturning.figures.rose import fall_roses_by_earthquake_figure, fall_roses_by_group_figure
-from overturning.figures.scene import scenes_figure
+from overturning.figures.scene import draw_scenes_side_by_side
 from overturning.figures.site_map import (
     EarthquakeMapContent,
     StationOnMap,
@@ -466,7 +466,7 @@ def test_smaller_pdf_has_the_given_width_and_keeps_letters_as_text(tmp_path: Pat
 def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
     titled = load_scene("three-tier").model_copy(update={"title": "Two stacked stones beside a neighbour"})
     with use_package_matplotlib_settings():
-        figure = scenes_figure([titled])
+        figure = draw_scenes_side_by_side([titled])
         save_figure_files(figure, tmp_path / "scene.svg")
     assert not freeze_layout_and_check_if_text_cut_or_overlaps(figure)
 

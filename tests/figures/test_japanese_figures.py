@@ -23,7 +23,7 @@ from overturning.figures.observed_rose import observed_fall_roses_figure
 from overturning.figures.page import film_page_html
 from overturning.figures.response import tilt_path_and_hodographs_figure
 from overturning.figures.rose import fall_roses_by_group_figure
-from overturning.figures.scene import scenes_figure
+from overturning.figures.scene import draw_scenes_side_by_side
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.svg_translation import break_lines_and_widen_to_max_line_count, translate_svg
 from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
@@ -102,7 +102,7 @@ FIGURES_TO_TRANSLATE: dict[str, Callable[[], Figure]] = FUNCTIONS_MAKING_FIGURES
     ),
     "strip": lambda: film_strip_figure(film_of_one_falling_and_one_rocking_block()),
     "fragility": draw_fragility_curves,
-    "scenes": lambda: scenes_figure([gravestone()]),
+    "scenes": lambda: draw_scenes_side_by_side([gravestone()]),
     "posterior": draw_motion_posterior,
     "surveys": lambda: draw_observed_and_computed_survey_falls(2),
     "observed roses": lambda: observed_fall_roses_figure(

@@ -18,7 +18,7 @@ from overturning.figures.rose import (
 from overturning.figures.style import INK, create_panel_grid, use_package_matplotlib_settings
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
-from overturning.statistics.earthquakes import FallAxisAndAlignmentOverEarthquakes
+from overturning.statistics.earthquakes import MeanFallAxisAndAlignmentOverEarthquakes
 from overturning.statistics.roses import FallShareRoseAveragedOverEarthquakes, fall_rose, fall_rose_of_all_records
 from tests.figures.test_explore import random_3d_cube
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
@@ -34,9 +34,9 @@ def cube_of_earthquakes_with_one_record_each(count: int) -> xr.Dataset:
     return several.assign_coords(event=("record", [f"E {place}" for place in range(10)])).isel(record=slice(count))
 
 
-def fall_axis_summary_of_five_earthquakes(axis: float, half_width: float) -> FallAxisAndAlignmentOverEarthquakes:
+def fall_axis_summary_of_five_earthquakes(axis: float, half_width: float) -> MeanFallAxisAndAlignmentOverEarthquakes:
     """Return a summary of five earthquakes with this mean axis and half-width of its interval, degrees."""
-    return FallAxisAndAlignmentOverEarthquakes(5, MeanOverEarthquakes(5, NAN, NAN, NAN), axis, half_width, 5, 5)
+    return MeanFallAxisAndAlignmentOverEarthquakes(5, MeanOverEarthquakes(5, NAN, NAN, NAN), axis, half_width, 5, 5)
 
 
 def draw_rose_of_falls_with_mean_axis(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:

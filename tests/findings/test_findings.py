@@ -517,7 +517,7 @@ def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder:
     share = fell.mean([name for name in flags.dims if name != "record"]).mean()  # each record is an earthquake
     for estimate in (found.share_overturned_in_study, found.share_overturned_in_variant):
         assert estimate.value == pytest.approx(float(share))
-    assert [one.study_minus_variant_share.value for one in (found, *found.by_b_over_h)] == [0.0] * 4
+    assert [one.study_minus_variant_share.value for one in (found, *found.overturned_shares_by_b_over_h)] == [0.0] * 4
     assert found.primary_statistic_study_minus_variant.value == 0.0
     assert found.population_fall_rate_in_study is not None
     assert found.population_fall_rate_in_study == found.population_fall_rate_in_variant

@@ -25,7 +25,7 @@ from overturning.motion.intensity import (
     cumulative_absolute_velocity,
     intensity_dataset_by_azimuth,
     intensity_measures_by_azimuth,
-    jma_intensity_and_peaks_before_after_processing,
+    jma_intensity_and_raw_and_processed_peaks,
     significant_duration,
 )
 from overturning.motion.jma_intensity import (
@@ -33,7 +33,7 @@ from overturning.motion.jma_intensity import (
     is_published_intensity_in_range,
     jma_filter_gain,
     jma_instrumental_intensity,
-    truncate_to_published_intensity,
+    round_and_truncate_to_published_intensity,
 )
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import OscillatorResponseCalculator, oscillator_filter_coefficients
@@ -436,16 +436,14 @@ def test_motion_along_one_line_has_no_predominant_period_perpendicular_to_it(azi
 
 def test_measures_of_a_record_have_peaks_before_and_after_processing(rinaldi_record):
     done = process_record(rinaldi_record, [Scale(factor=2), Highpass(corner_hz=0.2)])
-    found = jma_intensity_and_peaks_before_after_processing(Motion.of(done), done.processing)
+    found = jma_intensity_and_raw_and_processed_peaks(Motion.of(done), done.processing)
     assert found["pga_unprocessed"] == pytest.approx(
         max(np.abs(rinaldi_record.north).max(), np.abs(rinaldi_record.east).max())
     )
     assert found["pgd_processed"] < 0.9 * 2 * found["pgd_unprocessed"]
     assert found["jma_intensity"] is None
     assert (
-        jma_intensity_and_peaks_before_after_processing(Motion.of(rinaldi_record), rinaldi_record.processing)[
-            "pga_processed"
-        ]
+        jma_intensity_and_raw_and_processed_peaks(Motion.of(rinaldi_record), rinaldi_record.processing)["pga_processed"]
         is None
     )
 
@@ -454,7 +452,7 @@ def test_measures_of_a_record_have_peaks_before_and_after_processing(rinaldi_rec
 def test_a_motion_shorter_than_0_3_s_has_no_jma_intensity(seconds, defined):
     """The definition counts the acceleration that is exceeded for 0.3 s."""
     wave = np.sin(np.linspace(0.0, 6.0, round(100 * seconds) + 1))
-    found = jma_intensity_and_peaks_before_after_processing(Motion(wave, wave, wave, sampling_interval=0.01), [])
+    found = jma_intensity_and_raw_and_processed_peaks(Motion(wave, wave, wave, sampling_interval=0.01), [])
     assert [found[name] is not None for name in ("jma_intensity", "jma_intensity_horizontal")] == [defined] * 2
 
 
@@ -500,7 +498,7 @@ def test_invalid_azimuths_of_intensity_measures_are_refused(azimuths):
 
 def test_published_intensity_follows_jma_rounding():
     """The third decimal is rounded, the second dropped (JMA's explanation of the computation of seismic intensity)."""
-    assert truncate_to_published_intensity([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [
+    assert round_and_truncate_to_published_intensity([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [
         6.4,
         6.5,
         6.4,

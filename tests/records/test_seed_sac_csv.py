@@ -121,7 +121,7 @@ def test_stations_in_one_miniseed_file_become_separate_records(tmp_path, later):
     for name in motions:
         write_stationxml_of_channels(tmp_path / f"{name}.xml", CHANNEL_AZIMUTHS_AND_DIPS, station=name)
     found = check_records_in_files([tmp_path])
-    assert [[one.axis_name for one in each.components] for each in found] == [
+    assert [[one.axis_name_in_file for one in each.components] for each in found] == [
         list(motion) for motion in motions.values()
     ]
     assert found[0].unprocessed_record is None

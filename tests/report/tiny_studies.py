@@ -10,7 +10,7 @@ import yaml
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from overturning.figures.drawn_case import write_illustrative_case_list
-from overturning.figures.illustrative import draw_illustrative_cases
+from overturning.figures.illustrative import choose_simulate_and_draw_illustrative_cases
 from overturning.figures.record import draw_record_figures
 from overturning.figures.study import draw_study_figures
 from overturning.figures.write import write_figure_and_delete_files_in_other_formats
@@ -62,7 +62,7 @@ def simulate_study_into_result_folder(folder: Path, records: list[Record], *, dr
         return folder
     with pytest.MonkeyPatch.context() as patch:  # the places of panels, a third of the work, are not looked at
         patch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)
-        draw_illustrative_cases(cube, motions, figures / "illustrative")
+        choose_simulate_and_draw_illustrative_cases(cube, motions, figures / "illustrative")
         write = partial(write_figure_and_delete_files_in_other_formats, settings.figures)
         draw_record_figures(cube, intensity, figures, write)
         draw_study_figures(cube, intensity, figures, write)

@@ -10,7 +10,7 @@ from scipy.special import iv
 
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import (
-    FallAxisAndAlignmentOverEarthquakes,
+    MeanFallAxisAndAlignmentOverEarthquakes,
     fall_axes_from_fault_normal_by_group,
     first_minus_second_mean_fall_alignment,
     summarise_fall_axes,
@@ -38,7 +38,7 @@ class FallAxisSummariesOfRandomDataSet(NamedTuple):
     The difference is that of the mean alignments of both groups.
     """
 
-    summary_by_record_group: dict[str, FallAxisAndAlignmentOverEarthquakes]
+    summary_by_record_group: dict[str, MeanFallAxisAndAlignmentOverEarthquakes]
     alignment_difference_of_groups: MeanOverEarthquakes | None
 
 

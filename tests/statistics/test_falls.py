@@ -5,11 +5,11 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from overturning.labels import unsimulated_azimuth_label
+from overturning.labels import unsimulated_azimuth_ranges_text
 from overturning.model.body import Body
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import (
-    MAX_RESULTANT_OF_UNIFORM_PLANES,
+    MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS,
     PlanarModel,
     distinct_plane_indices,
     fall_probabilities_towards_and_away,
@@ -24,7 +24,7 @@ from overturning.statistics.falls import (
     BLOCK_SELECTION_RULES_IN_REPORT,
     count_differing_and_all_neighbour_pairs,
     cube_with_opposite_azimuths,
-    fall_counts_towards_azimuths,
+    fall_count_or_probability_by_fall_azimuth,
     mask_of_blocks_for_direction_statistics,
     mean_fall_directions_and_axes_over_azimuths,
     mean_fall_probability_over_directions,
@@ -97,15 +97,22 @@ def test_each_plane_counts_once_in_shares_and_in_the_choice_of_blocks(
 )
 def test_falls_of_opposite_azimuths_are_counted_once(azimuth, flags, expected) -> None:
     assert (
-        fall_counts_towards_azimuths(dataset_of_fall_flags_by_azimuth(azimuth, flags)).to_series().to_dict() == expected
+        fall_count_or_probability_by_fall_azimuth(dataset_of_fall_flags_by_azimuth(azimuth, flags))
+        .to_series()
+        .to_dict()
+        == expected
     )
-    lazy = fall_counts_towards_azimuths(dataset_of_fall_flags_by_azimuth(azimuth, flags).chunk({"azimuth": 2}))
+    lazy = fall_count_or_probability_by_fall_azimuth(
+        dataset_of_fall_flags_by_azimuth(azimuth, flags).chunk({"azimuth": 2})
+    )
     assert lazy.chunks is not None
     assert lazy.to_series().to_dict() == expected
 
 
 def test_missing_outcomes_are_counted_neither_as_fall_nor_as_stand() -> None:
-    assert np.isnan(fall_counts_towards_azimuths(dataset_of_fall_flags_by_azimuth([0, 180], [np.nan, np.nan]))).all()
+    assert np.isnan(
+        fall_count_or_probability_by_fall_azimuth(dataset_of_fall_flags_by_azimuth([0, 180], [np.nan, np.nan]))
+    ).all()
     np.testing.assert_array_equal(
         overturning_indicator(dataset_of_fall_flags_by_azimuth([0, 90], [np.nan, -1])), [np.nan, 1]
     )
@@ -273,7 +280,7 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
     assert plane_weights_by_azimuth_spacing(list(part)) == pytest.approx(1 / len(part))
-    said = unsimulated_azimuth_label(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
+    said = unsimulated_azimuth_ranges_text(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
     assert said == f"between {last}° and {180 + part[0]}°"
 
 
@@ -310,7 +317,9 @@ def test_opposite_azimuths_of_an_asymmetric_scene_are_two_different_cases(make_c
     xr.testing.assert_identical(cube_with_opposite_azimuths(cube), cube)
     block = cube.isel(record=0, height=0, b_over_h=0, friction=0)
     for case, expected in ((block, [1, 1, 0, 0]), (-block, [0, 0, 1, 1])):
-        assert fall_counts_towards_azimuths(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
+        assert (
+            fall_count_or_probability_by_fall_azimuth(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
+        )
 
 
 def test_fall_probabilities_come_from_the_ensemble_where_it_was_run(
@@ -432,4 +441,6 @@ def test_model_kind_is_recognised_from_the_coordinates_of_a_cube() -> None:
 )
 def test_unevenly_spaced_planes_are_detected_as_imposing_the_fall_axis(azimuth, imposed: bool) -> None:
     assert plane_azimuths_alone_impose_fall_axis(list(azimuth)) is imposed
-    assert MAX_RESULTANT_OF_UNIFORM_PLANES == MIN_RESULTANT_WITH_MEAN_DIRECTION  # up to which falls have no axis
+    assert (
+        MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS == MIN_RESULTANT_WITH_MEAN_DIRECTION
+    )  # up to which falls have no axis

@@ -26,8 +26,8 @@ from overturning.statistics.falls import (
 from overturning.statistics.illustrative import find_best_case_for_each_behaviour
 from overturning.statistics.roses import fall_rose
 from overturning.statistics.space import (
-    abs_twist_deg_of_moved_standing_stones,
     count_agreeing_and_differing_2d_3d_outcomes,
+    moved_stone_twist_deg_by_b_over_h_and_friction,
     shares_of_agreeing_2d_and_3d_outcomes,
     summarise_twists_sorting_in_place,
 )
@@ -359,13 +359,13 @@ def test_twist_statistics_omit_fallen_and_unmoved_stones() -> None:
         "status": ("record", [0, 0, 0, 0, 1]),
         "residual_twist": ("record", [-3.0, 1.0, 10.0, np.nan, 0.0]),
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
-    ((shape, turned),) = abs_twist_deg_of_moved_standing_stones(cube).items()
+    ((shape, turned),) = moved_stone_twist_deg_by_b_over_h_and_friction(cube).items()
     assert shape == (0.2, 0.6)
     found = summarise_twists_sorting_in_place(turned, probability_of_upper_quantile=0.5)
     assert (found.stone_count, found.median_deg, found.upper_quantile_deg, found.largest_deg) == (3, 3.0, 3.0, 10.0)
     assert (
         summarise_twists_sorting_in_place(
-            abs_twist_deg_of_moved_standing_stones(cube.isel(record=[3, 4]))[shape]
+            moved_stone_twist_deg_by_b_over_h_and_friction(cube.isel(record=[3, 4]))[shape]
         ).stone_count
         == 0
     )

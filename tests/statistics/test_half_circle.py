@@ -18,7 +18,7 @@ from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_earthquake
 from overturning.statistics.elements import count_falls_of_two_stones, mean_shares_of_two_stone_falls
 from overturning.statistics.falls import (
-    fall_counts_towards_azimuths,
+    fall_count_or_probability_by_fall_azimuth,
     mask_of_blocks_for_direction_statistics,
     mean_fall_directions_and_axes_over_azimuths,
     mean_fall_probability_over_directions,
@@ -93,7 +93,7 @@ STATISTICS_EXACTLY_EQUAL_FOR_HALF_CIRCLE = {
     "population that faces 250": lambda cube: population_outcome_rates_by_record(
         cube, StonePopulation(stones=64, face=250, face_spread=0)
     ),
-    "falls": fall_counts_towards_azimuths,
+    "falls": fall_count_or_probability_by_fall_azimuth,
     "blocks that only just fall": mask_of_blocks_for_direction_statistics,
     "maps": extend_azimuths_to_full_circle,
     "explorer": explorer_page_data,
@@ -217,7 +217,7 @@ def test_missing_outcomes_are_not_filled_from_the_opposite_azimuth(
     cube = make_cube_from_fall_rules(
         lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270]
     )
-    assert fall_counts_towards_azimuths(cube).isel(azimuth=[0, 1]).isnull().all()
+    assert fall_count_or_probability_by_fall_azimuth(cube).isel(azimuth=[0, 1]).isnull().all()
 
 
 @pytest.mark.parametrize(

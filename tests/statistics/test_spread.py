@@ -8,7 +8,7 @@ from overturning.settings import EnsembleSettings
 from overturning.statistics.spread import (
     average_first_batch_statistic_over_run_orders,
     indicator_that_most_runs_fall_and_sides_differ,
-    indicator_that_runs_disagree_on_fall,
+    indicator_that_some_runs_fall_and_others_stand,
 )
 from overturning.study.ensemble import fall_probability_convergence_mask
 
@@ -37,25 +37,33 @@ def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances
     both = (np.minimum(outcomes[:, 0], outcomes[:, 1]) > 0) & (outcomes[:, 2] < 4)
     fall = towards + away
     for statistic, expected in (
-        (indicator_that_runs_disagree_on_fall, 1 - fall**8 - (1 - fall) ** 8),
+        (indicator_that_some_runs_fall_and_others_stand, 1 - fall**8 - (1 - fall) ** 8),
         (indicator_that_most_runs_fall_and_sides_differ, chance[both].sum()),
     ):
         found = average_first_batch_statistic_over_run_orders(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
     assert np.isnan(
         average_first_batch_statistic_over_run_orders(
-            indicator_that_runs_disagree_on_fall, [np.nan], [np.nan], [0], settings
+            indicator_that_some_runs_fall_and_others_stand, [np.nan], [np.nan], [0], settings
         )
     ).all()
     # Without stopping each order of the runs is as good: 1 of 16 is among the first 8 of them in one half.
     assert average_first_batch_statistic_over_run_orders(
-        indicator_that_runs_disagree_on_fall, [1 / 16], [0.0], [16], EnsembleSettings(members=16, half_width=0.0)
+        indicator_that_some_runs_fall_and_others_stand,
+        [1 / 16],
+        [0.0],
+        [16],
+        EnsembleSettings(members=16, half_width=0.0),
     ) == pytest.approx(0.5)
     assert average_first_batch_statistic_over_run_orders(
-        indicator_that_runs_disagree_on_fall, [1 / 15], [0.0], [15], EnsembleSettings(members=16)
+        indicator_that_some_runs_fall_and_others_stand, [1 / 15], [0.0], [15], EnsembleSettings(members=16)
     ) == pytest.approx(8 / 15)
     many = average_first_batch_statistic_over_run_orders(
-        indicator_that_runs_disagree_on_fall, [1 / 400], [0.0], [400], EnsembleSettings(members=400, half_width=0.0)
+        indicator_that_some_runs_fall_and_others_stand,
+        [1 / 400],
+        [0.0],
+        [400],
+        EnsembleSettings(members=400, half_width=0.0),
     )
     assert many == pytest.approx(8 / 400)
 
@@ -68,5 +76,5 @@ def test_runs_that_disagree_or_mostly_fall_to_both_sides_are_recognised(
     towards: int, away: int, parts: int, both: int
 ) -> None:
     """Runs disagree if some fall and some stand; falls to both sides need more than half of the runs to fall."""
-    assert indicator_that_runs_disagree_on_fall(np.array(towards), np.array(away), 8) == parts
+    assert indicator_that_some_runs_fall_and_others_stand(np.array(towards), np.array(away), 8) == parts
     assert indicator_that_most_runs_fall_and_sides_differ(np.array(towards), np.array(away), 8) == both

@@ -9,7 +9,7 @@ from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
-from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, SweepChunk, paths_of_chunk_outcome_files
+from overturning.study.parts import WHOLE_RECORD_CHUNK, SweepChunk, paths_of_chunk_outcome_files
 from overturning.study.schema import Study
 from overturning.study.sweep import simulate_and_write_cases_of_record
 
@@ -44,7 +44,7 @@ def simulate_study_cube(
     kept = [read_record_from_motion_file(folder / "motion" / f"{record.record_id}.nc") for record in records]
     parts = paths_of_chunk_outcome_files(folder / "sweep" / variant, [record.record_id for record in records], chunks)
     for number, part in enumerate(parts):
-        chunk = SweepChunk(number % chunks + 1, chunks) if chunks > 1 else SINGLE_CHUNK_OF_RECORD
+        chunk = SweepChunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE_RECORD_CHUNK
         simulate_and_write_cases_of_record(settings, kept[number // chunks], part, variant, chunk=chunk)
     path = folder / ("cube.nc" if variant == "nominal" else f"cube.{variant}.nc")
     merge_outcome_files_into_cube(settings, kept, parts, path, variant)

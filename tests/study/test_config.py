@@ -10,7 +10,7 @@ from overturning.quantities import parse_quantity
 from overturning.settings import StonePopulation
 from overturning.study.document import (
     WORKFLOW_CATALOGUE_SCHEMA_PATH,
-    insert_key_and_column_tables_into_readme_text,
+    insert_study_key_and_record_column_tables,
     study_json_schema_as_yaml_text,
     study_json_schema_text,
 )
@@ -65,7 +65,7 @@ def test_the_study_schema_and_key_table_are_up_to_date() -> None:
         encoding="utf-8"
     ) == study_json_schema_as_yaml_text()
     readme = (CONFIG_FOLDER / "README.md").read_text(encoding="utf-8")
-    assert readme == insert_key_and_column_tables_into_readme_text(readme), "run: overturning study document"
+    assert readme == insert_study_key_and_record_column_tables(readme), "run: overturning study document"
 
 
 def test_a_study_with_all_defaults_is_read_back_equal_from_json() -> None:

@@ -346,7 +346,9 @@ def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outc
 
 def test_standing_stones_bound_the_pgv_less_if_many_are_fixed(inversion_with_known_outcomes: SurveyInversion) -> None:
     stones = [fallen_or_standing_round_column(size, count=4) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
-    loose = SurveyInversion(inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.8)
+    loose = SurveyInversion(
+        inversion_with_known_outcomes.stone_outcome_probabilities, share_of_stones_fixed_to_base=0.8
+    )
     bound, less = (
         one.compute_posterior(one.fall_and_direction_log_likelihoods_of_survey(stones))
         for one in (inversion_with_known_outcomes, loose)
@@ -596,7 +598,7 @@ def test_library_has_61_motions_of_20_earthquakes(candidate_motions_of_package: 
 
 def test_posterior_is_read_back_from_file(tmp_path: Path, inversion_with_known_outcomes: SurveyInversion) -> None:
     asked = SurveyInversion(
-        inversion_with_known_outcomes.stone_outcome_probabilities, fixed_stone_share=0.1
+        inversion_with_known_outcomes.stone_outcome_probabilities, share_of_stones_fixed_to_base=0.1
     ).invert_survey(
         "ruin.csv",
         [

@@ -17,8 +17,8 @@ from verification.work_precision.boundaries import (
 )
 from verification.work_precision.parts import (
     SchemeStepAndPenetration,
+    fall_sides_and_peak_rotations_of_rigid_blocks,
     flags_and_peak_rotations_over_alpha,
-    run_rigid_rocking_blocks,
 )
 
 pytestmark = pytest.mark.long
@@ -157,7 +157,7 @@ def test_an_overturning_boundary_without_a_bracket_is_nan() -> None:
 
 def test_the_difference_from_the_rigid_block_is_smaller_on_a_stiffer_contact() -> None:
     groups = rocking_case_groups_under_sine_pulses(pulse_count=3, block_count_per_pulse=12)
-    right = run_rigid_rocking_blocks(groups)
+    right = fall_sides_and_peak_rotations_of_rigid_blocks(groups)
     errors = [
         median_peak_rotation_error_over_alpha(
             *flags_and_peak_rotations_over_alpha(groups, SchemeStepAndPenetration("centred", 0.5, delta)), *right

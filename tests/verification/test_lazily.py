@@ -60,7 +60,7 @@ def element_and_variant_statistics(results: StudyResults) -> list[object]:
 
 STATISTICS_BY_STUDY_KIND: dict[str, dict[str, Statistic]] = {
     "planes": {
-        "axes of earthquakes": lambda results: results.fall_axis_summary_by_record_group,
+        "axes of earthquakes": lambda results: results.fall_axis_to_fault_normal_summary_by_record_group,
         "share that falls": lambda results: results.share_overturned,
         "statuses": lambda results: results.case_and_missing_outcome_counts_by_status,
         "rose": lambda results: fall_roses_by_group_figure(results.reference_element_cube),

@@ -24,7 +24,7 @@ from verification.shaking_table.scan import (
 from verification.shaking_table.scan_page import (
     SCAN_MODEL_NAME,
     fall_share_table_by_max_bearing_height,
-    model_with_best_fitting_orientation,
+    model_with_orientation_fitted_to_other_tests,
     score_table,
     score_table_of_all_orientations,
     scores_on_unseen_tests,
@@ -88,7 +88,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
         PGA_PGV_LOGISTIC_MODEL_NAME: fall_prediction_models_by_name(tests, unknown, unknown)[
             PGA_PGV_LOGISTIC_MODEL_NAME
         ],
-        SCAN_MODEL_NAME: model_with_best_fitting_orientation(tests, shares),
+        SCAN_MODEL_NAME: model_with_orientation_fitted_to_other_tests(tests, shares),
     }
     rows = scores_on_unseen_tests(tests, models)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
@@ -100,7 +100,7 @@ def test_scores_and_tables_of_a_scanned_boulder_are_complete(
     assert score_table_of_all_orientations(tests, shares).count("\n") == 1 + 24
     assert "first half of the motions" in table_of_orientation_chosen_by_each_fit(tests, shares)
     lines = fall_share_table_by_max_bearing_height(
-        tests, {scan.SIMULATED_BASE_RELIEFS_M[0]: fell[0], scan.SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: fell[1]}
+        tests, {scan.SIMULATED_BASE_RELIEFS_M[0]: fell[0], scan.EXTRA_BASE_RELIEF_OUTSIDE_PREDICTION_M: fell[1]}
     ).splitlines()
     assert [line.split("|")[2].strip() for line in lines[2:]] == ["no", "yes", ""]
     assert f"{fell[1].mean():.3f}" in lines[2]

@@ -23,7 +23,7 @@ from verification.stack_agreement import (
 )
 from verification.stack_cases import StackUnderScaledRecord, case_parameters_as_table_row, draw_random_stack_cases
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE
-from verification.stack_peers import outcome_and_robustness_in_solver
+from verification.stack_peers import outcome_stability_and_run_time_in_solver
 
 
 @cache
@@ -103,6 +103,8 @@ def test_external_engines_reproduce_some_stored_stack_outcomes(name: str) -> Non
         )
     kept, cases = pd.read_csv(OUTCOME_FILE_BY_SOLVER[name]), random_stack_cases()
     some = kept[(kept["robust"] == 1) & np.isfinite(kept["fall_azimuth_deg"])].iloc[:5]
-    found = [outcome_and_robustness_in_solver(name, cases[number])["fall_azimuth_deg"] for number in some["case"]]
+    found = [
+        outcome_stability_and_run_time_in_solver(name, cases[number])["fall_azimuth_deg"] for number in some["case"]
+    ]
     same = [outcomes_agree(*pair) for pair in zip(found, some["fall_azimuth_deg"], strict=True)]
     assert sum(same) >= 4  # other versions differ in a chaotic case now and then

@@ -23,7 +23,7 @@ from verification.tables import (
     read_measured_numbers,
     read_table,
     write_measured_numbers,
-    write_table,
+    write_table_as_netcdf_and_csv,
 )
 from verification.work_precision import page as error_page
 
@@ -32,7 +32,9 @@ def test_a_verification_table_is_reproducible_and_read_back_equal(tmp_path: Path
     rows = pd.DataFrame({"a": [1.0, np.nan], "b": ["x", ""], "c": np.array([1, -128], np.int8)})
     meanings = {name: (name, "1") for name in rows}
     for name in ("one", "two"):
-        write_table(rows, tmp_path / f"{name}.nc", long_name_and_unit_by_column=meanings, global_attributes={"seed": 1})
+        write_table_as_netcdf_and_csv(
+            rows, tmp_path / f"{name}.nc", long_name_and_unit_by_column=meanings, global_attributes={"seed": 1}
+        )
     back = read_table(tmp_path / "one.nc")
     assert back.attrs == {"seed": 1}
     for name, values in rows.items():

@@ -37,8 +37,8 @@ def test_stored_numbers_of_the_tutorial_equal_a_new_measurement() -> None:
     today = {
         one.quantity: one.value
         for one in (
-            *tutorial.measure_effect_of_vertical_motion_in_2d(),
-            *tutorial.measure_effect_of_vertical_motion_in_3d(),
+            *tutorial.count_2d_falls_with_and_without_vertical_motion(),
+            *tutorial.count_3d_falls_with_and_without_vertical_motion(),
         )
     }
     assert stored == pytest.approx(today, rel=1e-5), "python -m verification.tutorial"

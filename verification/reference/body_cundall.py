@@ -352,13 +352,17 @@ def advance_body_one_step(
 load_body, load_state, load_rotation_matrix = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3)
 )
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
-CONTACT_TOTALS_LAYOUT: Final = TupleRowLayout(PARALLEL_CASE_COUNT, ContactForceAndMaxPenetrationOverPoints)
-CONTACT_TOTALS_ARRAY_LENGTH: Final = CONTACT_TOTALS_LAYOUT.array_length
-load_contact_totals, store_contact_totals, _ = CONTACT_TOTALS_LAYOUT.tuple_reader_and_writer(
-    ContactForceAndMaxPenetrationOverPoints
+load_extreme_vertices_and_landing_state, store_extreme_vertices_and_landing_state, _ = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
 )
-zero_wrench_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).zero
+CONTACT_FORCE_AND_PENETRATION_LAYOUT: Final = TupleRowLayout(
+    PARALLEL_CASE_COUNT, ContactForceAndMaxPenetrationOverPoints
+)
+CONTACT_FORCE_AND_PENETRATION_ARRAY_LENGTH: Final = CONTACT_FORCE_AND_PENETRATION_LAYOUT.array_length
+load_contact_force_and_largest_penetration, store_contact_force_and_largest_penetration, _ = (
+    CONTACT_FORCE_AND_PENETRATION_LAYOUT.tuple_reader_and_writer(ContactForceAndMaxPenetrationOverPoints)
+)
+create_zero_wrench_per_mass = create_tuple_sum_difference_and_maximum_functions(ContactWrenchPerMass).zero
 load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     InertialAndUpwardBaseAccelerations3D
 ).load
@@ -384,8 +388,8 @@ def compute_axes_and_reset_contact_forces(state: Any, contact_total_rows: Any, l
     for j in range(lane_count):
         s = load_state(state, j)
         store_rotation_matrix(state, j, rotation_matrix(s.rotation))
-        store_contact_totals(
-            contact_total_rows, j, ContactForceAndMaxPenetrationOverPoints(zero_wrench_per_mass(), -1.0)
+        store_contact_force_and_largest_penetration(
+            contact_total_rows, j, ContactForceAndMaxPenetrationOverPoints(create_zero_wrench_per_mass(), -1.0)
         )
 
 
@@ -404,7 +408,7 @@ def add_vertex_contact_forces(
         p, q, base_contact = (
             load_vertex(first_vertex_rows, j),
             load_vertex(second_vertex_rows_of_pair, j),
-            load_base_contact(state, j),
+            load_extreme_vertices_and_landing_state(state, j),
         )
         at, on = vertex_contact_point(s, f, p, left), vertex_contact_point(s, f, q, right)
         a, left = apply_contact_law(
@@ -435,11 +439,15 @@ def add_vertex_contact_forces(
         )
         store_memory(first_vertex_rows, j, left)
         store_memory(second_vertex_rows_of_pair, j, right)
-        store_contact_totals(
+        store_contact_force_and_largest_penetration(
             contact_total_rows,
             j,
             add_forces_of_contact_pair(
-                load_contact_totals(contact_total_rows, j), a, b, left.penetration, right.penetration
+                load_contact_force_and_largest_penetration(contact_total_rows, j),
+                a,
+                b,
+                left.penetration,
+                right.penetration,
             ),
         )
 
@@ -463,7 +471,7 @@ def add_contact_forces_at_opposite_rim_points(
             load_memory(first_rim_point_history_rows, j),
             load_memory(opposite_point_rows, j),
         )
-        base_contact = load_base_contact(state, j)
+        base_contact = load_extreme_vertices_and_landing_state(state, j)
         between, flat, begun = (
             (transverse_component != 0.0) & (not lowest_and_highest_base_points_rest(base_contact)),
             is_body_in_flat_landing(base_contact),
@@ -479,11 +487,15 @@ def add_contact_forces_at_opposite_rim_points(
         b, right = apply_contact_law(body, s, on, right, rate, (waits[1], flat, begun, tilting))
         store_memory(first_rim_point_history_rows, j, left)
         store_memory(opposite_point_rows, j, right)
-        store_contact_totals(
+        store_contact_force_and_largest_penetration(
             contact_total_rows,
             j,
             add_forces_of_contact_pair(
-                load_contact_totals(contact_total_rows, j), a, b, left.penetration, right.penetration
+                load_contact_force_and_largest_penetration(contact_total_rows, j),
+                a,
+                b,
+                left.penetration,
+                right.penetration,
             ),
         )
 
@@ -494,7 +506,7 @@ def advance_all_bodies(state: Any, contact_total_rows: Any, lane_count: int) -> 
     for j in range(lane_count):
         s, peaks, account = advance_body_one_step(
             load_body(state, j), load_state(state, j), load_rotation_matrix(state, j),
-            load_contact_totals(contact_total_rows, j),
+            load_contact_force_and_largest_penetration(contact_total_rows, j),
             load_peaks(state, j), load_energy_and_momentum_account(state, j), load_accelerations_from_base_motion(state,
             j),
         )  # fmt: skip
@@ -567,7 +579,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
         """Advance all bodies by the time steps of one sampling interval."""
         half, acting = (
             contact_point_count // 2 * VALUE_COUNT_PER_VERTEX_IN_ALL_LANES,
-            cache_line_aligned_zeros(CONTACT_TOTALS_ARRAY_LENGTH),
+            cache_line_aligned_zeros(CONTACT_FORCE_AND_PENETRATION_ARRAY_LENGTH),
         )
         advance_momenta_with_last_forces(state, lane_count, -0.5)
         for _ in range(steps_per_sample):

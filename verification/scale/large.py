@@ -138,12 +138,12 @@ def measure_report_on_cube_larger_than_memory(
         MeasuredNumber(f"{cube_label}: size", size / 1e9, "GB"),
     ]
 
-    def add_time_and_memory(process_label: str, resource_use: ResourceUse) -> None:
+    def append_measured_time_and_memory_of_process(process_label: str, resource_use: ResourceUse) -> None:
         """Add time and peak memory of a process to the measured figures."""
         found.append(MeasuredNumber(f"{cube_label}: {process_label}, time", resource_use.elapsed_time_s, "s"))
         found.append(MeasuredNumber(f"{cube_label}: {process_label}, peak memory", resource_use.peak_memory_mb, "MB"))
 
-    add_time_and_memory(
+    append_measured_time_and_memory_of_process(
         "intensities",
         run_overturning_command_and_measure_resources("rotate", *base, "--output", folder / "intensity.nc"),
     )
@@ -168,9 +168,11 @@ figure_settings = load_study_from_file_or_json(str(folder / "study.json")).figur
 write = partial(write_figure_and_delete_files_in_other_formats, figure_settings)
 from overturning.figures.{call}
 """
-        add_time_and_memory(what, run_program_and_measure_resource_use([sys.executable, "-c", program]))
+        append_measured_time_and_memory_of_process(
+            what, run_program_and_measure_resource_use([sys.executable, "-c", program])
+        )
     drawn_cases = folder / "figures" / "illustrative"
-    add_time_and_memory(
+    append_measured_time_and_memory_of_process(
         "illustrative cases",
         run_overturning_command_and_measure_resources(
             "illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases
@@ -180,13 +182,13 @@ from overturning.figures.{call}
     for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
         for name in study.records.use[1:]:
             shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
-    add_time_and_memory(
+    append_measured_time_and_memory_of_process(
         "findings",
         run_overturning_command_and_measure_resources(
             "findings", folder / "cube.nc", "--output", folder / "findings.json"
         ),
     )
-    add_time_and_memory(
+    append_measured_time_and_memory_of_process(
         "report",
         run_overturning_command_and_measure_resources(
             "report", "--results", folder, "--output", folder / "report.html"

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.gather import merge_outcome_files_into_cube
-from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, path_of_chunk_outcome_file
+from overturning.study.parts import WHOLE_RECORD_CHUNK, path_of_chunk_outcome_file
 from overturning.study.scenes import numerical_options_of_study
 from overturning.study.sweep import simulate_and_write_cases_of_record
 from verification.one_node_slurm import SNAKEMAKE_OPTIONS_FOR_SLURM, run_one_node_slurm, slurm_unavailable_reason
@@ -143,7 +143,7 @@ def simulate_study_without_snakemake(
         for name in settings.records.use
     ]
     parts = [
-        path_of_chunk_outcome_file(workflow_copy.folder / "again", name, SINGLE_CHUNK_OF_RECORD)
+        path_of_chunk_outcome_file(workflow_copy.folder / "again", name, WHOLE_RECORD_CHUNK)
         for name in settings.records.use
     ]
     for record, part in zip(records, parts, strict=True):

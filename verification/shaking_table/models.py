@@ -63,7 +63,7 @@ def fall_prediction_models_by_name(
     """
     peaks = np.log(np.column_stack([tests.measured_pga, tests.measured_pgv]))
 
-    def prediction_by_most_likely_neighbourhood(
+    def create_best_fitting_size_model(
         fall_share_by_size_neighbourhood_and_test: FloatArray,
     ) -> FallPredictionModel:
         """Return the model that predicts the share of stones of the likeliest B/H and height that fall."""
@@ -112,9 +112,9 @@ def fall_prediction_models_by_name(
 
     return {
         PGA_PGV_LOGISTIC_MODEL_NAME: predict_by_pga_and_pgv,
-        RECTANGLES_MODEL_NAME: prediction_by_most_likely_neighbourhood(rectangle_fall_share_by_neighbourhood_and_test),
+        RECTANGLES_MODEL_NAME: create_best_fitting_size_model(rectangle_fall_share_by_neighbourhood_and_test),
         ENSEMBLE_AND_PEAKS_MODEL_NAME: fall_probability_by_pga_pgv_and_simulated_share,
-        PRISMS_MODEL_NAME: prediction_by_most_likely_neighbourhood(prism_fall_share_by_size_and_test),
+        PRISMS_MODEL_NAME: create_best_fitting_size_model(prism_fall_share_by_size_and_test),
     }
 
 

@@ -97,7 +97,7 @@ def markdown_by_marker(
     `size_neighbourhood_fall_shares_by_model` are the shares of `fall_shares_by_size_neighbourhood`, by model name.
     """
     return score_tables_by_marker(one_score_per_row) | {
-        "shaking-table-centres": _table_of_most_likely_b_over_h_and_height(
+        "shaking-table-centres": _table_of_b_over_h_and_height_fitted_to_odd_tests(
             tests, size_neighbourhood_fall_shares_by_model
         )
     }
@@ -157,7 +157,7 @@ def _count_table_of_scores_better_than_logistic(one_score_per_row: pd.DataFrame)
     return markdown_table(heads, lines)
 
 
-def _table_of_most_likely_b_over_h_and_height(
+def _table_of_b_over_h_and_height_fitted_to_odd_tests(
     tests: ShakingTableTests, size_neighbourhood_fall_shares_by_model: Mapping[str, FloatArray]
 ) -> str:
     """Return a table of the most likely B/H and height, fitted to the odd-numbered tests."""

@@ -39,7 +39,7 @@ SIMULATED_BASE_RELIEFS_M: Final = (0.0033, 0.002236)
 Smaller ones take ten times as many steps; they were left out for that reason, before any score was computed.
 """
 
-SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: Final = 0.001
+EXTRA_BASE_RELIEF_OUTSIDE_PREDICTION_M: Final = 0.001
 """Relief that is compared with the others, m, but is not part of the prediction: it was run after the scores."""
 
 BOULDER_FRICTION: Final = 0.7

@@ -33,8 +33,8 @@ from verification.shaking_table.models import (
 )
 from verification.shaking_table.scan import (
     BOULDER_ORIENTATIONS_DEG,
+    EXTRA_BASE_RELIEF_OUTSIDE_PREDICTION_M,
     SIMULATED_BASE_RELIEFS_M,
-    SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M,
     index_of_most_likely_orientation,
     read_scanned_boulder,
     simulate_falls_of_boulder_by_orientation,
@@ -73,7 +73,7 @@ FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
 """Number of fitted numbers of each model."""
 
 
-def model_with_best_fitting_orientation(
+def model_with_orientation_fitted_to_other_tests(
     tests: ShakingTableTests, smoothed_fall_probability_by_orientation_and_test: FloatArray
 ) -> FallPredictionModel:
     """Return the model that predicts the simulated fall probability in the orientation that fits other tests best.
@@ -227,11 +227,11 @@ def main(
     kept.mkdir(parents=True, exist_ok=True)
     fell = simulate_falls_of_boulder_by_orientation(boulder, tests, kept, threads)
     small = simulate_falls_of_boulder_by_orientation(
-        boulder, tests, kept, threads, (SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M,)
+        boulder, tests, kept, threads, (EXTRA_BASE_RELIEF_OUTSIDE_PREDICTION_M,)
     )[0]
     by_relief = {
         **dict(zip(SIMULATED_BASE_RELIEFS_M, fell, strict=True)),
-        SMALLER_MAX_HEIGHT_OF_BEARING_POINTS_M: small,
+        EXTRA_BASE_RELIEF_OUTSIDE_PREDICTION_M: small,
     }
     shares = smoothed_fall_probability_by_orientation_and_test(fell)
     others = {
@@ -243,7 +243,7 @@ def main(
     models = fall_prediction_models_by_name(tests, others[RECTANGLES_MODEL_NAME], others[PRISMS_MODEL_NAME])
     compared = {
         name: models[name] for name in (PGA_PGV_LOGISTIC_MODEL_NAME, RECTANGLES_MODEL_NAME, PRISMS_MODEL_NAME)
-    } | {SCAN_MODEL_NAME: model_with_best_fitting_orientation(tests, shares)}
+    } | {SCAN_MODEL_NAME: model_with_orientation_fitted_to_other_tests(tests, shares)}
     rows = scores_on_unseen_tests(tests, compared)
     write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table-scan.csv")
     insert_markdown_between_markers_in_docs({

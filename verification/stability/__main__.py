@@ -28,7 +28,7 @@ from verification.stability.stacks import (
     generate_random_parameters_of_stack_cases,
     simulate_and_check_stack_cases,
 )
-from verification.tables import write_table
+from verification.tables import write_table_as_netcdf_and_csv
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The map of stability.")
 
@@ -56,7 +56,7 @@ def simulate_blocks_and_write_stability_map(
     rows = collect_stability_map_rows(
         simulate_and_check_block_case, cases, threads=threads, report_finished_and_total_count=print_progress
     )
-    write_table(
+    write_table_as_netcdf_and_csv(
         rows,
         output,
         long_name_and_unit_by_column=BLOCK_COLUMN_LONG_NAMES_AND_UNITS,
@@ -82,7 +82,7 @@ def simulate_scenes_and_write_stability_map(
     )
     about = {"settings": settings, "adversarial": adversarial, "together": CASE_COUNT_PER_SCENE_SETTING, "seed": seed}
     about |= {"budget": MAX_STEPS_OF_SCENE_CASE, "adversarial_budget": MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE}
-    write_table(
+    write_table_as_netcdf_and_csv(
         rows,
         output,
         long_name_and_unit_by_column=SCENE_COLUMN_LONG_NAMES_AND_UNITS,
@@ -111,7 +111,7 @@ def simulate_stacks_and_write_stability_map(
         "seed": seed,
         "budget": MAX_STEPS_OF_STACK_CASE,
     }
-    write_table(
+    write_table_as_netcdf_and_csv(
         rows,
         output,
         long_name_and_unit_by_column=STACK_COLUMN_LONG_NAMES_AND_UNITS,

@@ -179,7 +179,7 @@ def name_of_first_failed_scene_check(
     case_index: int = 0,
 ) -> str:
     """Return the first failed check of a scene with one μ for all contacts; see `name_of_first_failed_check`."""
-    size = min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.is_driven_or_held)
+    size = min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.has_prescribed_motion)
     bound = min(min_acceleration_ratio_to_start_rocking(prepared_scene.elements), friction)
     bounds = BoundsOnCaseResults(
         largest_penetration_under_own_weight(prepared_scene),
@@ -224,7 +224,7 @@ def min_acceleration_ratio_to_start_rocking(placed_elements: Sequence[PlacedElem
     Computed from the shapes only, for scenes in which each element stands on the middle of another.
     """
     free = sorted(
-        (item for item in placed_elements if not item.is_driven_or_held), key=lambda item: item.centre_of_mass_z
+        (item for item in placed_elements if not item.has_prescribed_motion), key=lambda item: item.centre_of_mass_z
     )
     least = np.inf
     for k, item in enumerate(free):
@@ -298,7 +298,7 @@ def least_possible_rotation_of_fallen_elements(prepared_scene: SceneEquilibriumS
     ):
         item = prepared_scene.elements[index]
         on_ground = all(
-            prepared_scene.elements[k].is_driven_or_held for k in prepared_scene.carrier_indices_by_element[index]
+            prepared_scene.elements[k].has_prescribed_motion for k in prepared_scene.carrier_indices_by_element[index]
         )
         x, z = item.shape.vertices_from_whole_polygon_centroid.T
         base = x[z < z.min() + 1e-9 * item.smaller_of_width_and_height]

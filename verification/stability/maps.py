@@ -160,7 +160,7 @@ def _dimensionless_groups_of_block(
 ) -> dict[str, float]:
     """Return the dimensionless groups of a case of a block by name, such as damping ratio and Δt/Δt_stable."""
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
-    normal, tangential, dashpot = contact.normal_shear_stiffness_and_damping_per_mass(width, height, case.density)
+    normal, tangential, dashpot = contact.corner_stiffness_and_damping_per_mass(width, height, case.density)
     square = block_highest_eigenvalue_bound(normal, tangential, 0.5 * width, 0.5 * height)
     rate = block_highest_eigenvalue_bound(dashpot, dashpot, 0.5 * width, 0.5 * height)
     groups = (
@@ -292,7 +292,7 @@ def _dimensionless_groups_of_scene(
     damping = laws.dashpot_coefficient[loaded] / heave[loaded]
     groups = (
         largest_penetration_under_own_weight(prepared_scene)
-        / min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.is_driven_or_held),
+        / min(item.smaller_of_width_and_height for item in prepared_scene.elements if not item.has_prescribed_motion),
         float(damping.max()) if damping.size else np.nan,
         _ratio_of_time_step_to_stable_step(
             setting.common_parameters,

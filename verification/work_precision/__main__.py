@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from overturning.errors import ArgumentError
-from verification.tables import write_table
+from verification.tables import write_table_as_netcdf_and_csv
 from verification.work_precision.parts import (
     COLUMN_LONG_NAMES_AND_UNITS,
     MEASUREMENT_FUNCTIONS_BY_PART,
@@ -27,7 +27,7 @@ def main(
         for row in measure():
             rows.append(row)
             print(*(row.get(name) for name in ("cases_of", "method", "step_fraction")), file=sys.stderr, flush=True)
-    write_table(
+    write_table_as_netcdf_and_csv(
         error_table_with_nan_if_not_measured(rows), output, long_name_and_unit_by_column=COLUMN_LONG_NAMES_AND_UNITS
     )
 

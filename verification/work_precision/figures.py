@@ -11,7 +11,7 @@ from overturning.figures.style import INK, SERIES_COLOURS, SERIES_LINE_STYLES, u
 from overturning.figures.write import save_figure_files
 from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
 from verification.work_precision.boundaries import RELATIVE_BOUNDARY_RESOLUTION
-from verification.work_precision.page import mask_of_record_cases_compared_with_finer_step
+from verification.work_precision.page import mask_of_finer_step_rows_at_default_stiffness
 
 _LINE_STYLE_BY_METHOD: Final = {
     name: ((*SERIES_COLOURS, INK)[index], (*SERIES_LINE_STYLES, "-")[index], marker)
@@ -43,7 +43,7 @@ def draw_errors_against_finer_steps_or_stiffer_springs(rows: pd.DataFrame, path:
     with use_package_matplotlib_settings():
         figure, axes = plt.subplots(len(measures), 2, figsize=(7.6, 9.6), sharex="col", squeeze=False)
         for column, (kind, friction) in enumerate((("rocking", "µ = 1 and 10"), ("sliding", "µ = 0.33 and 0.58"))):
-            over = rows[mask_of_record_cases_compared_with_finer_step(rows, kind)]
+            over = rows[mask_of_finer_step_rows_at_default_stiffness(rows, kind)]
             springs = rows[(rows["cases_of"] == f"records, {kind}") & (rows["against"] == "stiffest springs")]
             for axis, measure in zip(axes[:, column], measures, strict=True):
                 _draw_error_panel(axis, over, measure, stiffness_rows=springs, has_y_label=column == 0)

@@ -20,14 +20,14 @@ SHOWN_TIME_STEP_TO_STABLE_STEP_RATIOS: Final = (1.0, 0.5, 0.12)
 SHOWN_ENGINE_TIME_STEPS_S: Final = (1 / 60, 1 / 240, 1 / 960, 1 / 3840)
 """Time steps shown in the docs: of the kernel as Δt/Δt_stable, of the engines in s."""
 
-COMPARED_AGREEMENT_SHARES: Final = (0.9, 0.95, 0.97, 0.98, 0.99)
+AGREEMENT_SHARES_FOR_TIME_COMPARISON: Final = (0.9, 0.95, 0.97, 0.98, 0.99)
 """Shares of agreeing cases at which times are compared."""
 COMPARED_METHODS: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "Box2D")
 
 _ERROR_HEADERS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
-def mask_of_record_cases_compared_with_finer_step(
+def mask_of_finer_step_rows_at_default_stiffness(
     rows: pd.DataFrame, sliding_or_rocking_blocks: str
 ) -> "pd.Series[bool]":
     """Return True for rows of record cases with the default stiffness that are compared with a finer step."""
@@ -43,7 +43,7 @@ def convergence_orders(
     high, low = max_and_min_step_to_stable_step
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
     parts = [
-        (f"{kind}, {measure}", mask_of_record_cases_compared_with_finer_step(rows, kind), measure)
+        (f"{kind}, {measure}", mask_of_finer_step_rows_at_default_stiffness(rows, kind), measure)
         for kind in ("rocking", "sliding")
         for measure in ("rotation_error", "boundary_shift")
     ]
@@ -79,7 +79,7 @@ def work_precision_numbers_for_summary(
     default = rows[(rows["default"] == 1) & rows["method"].isin(COMPARED_SCHEMES)]
     made = []
     for kind in ("rocking", "sliding"):
-        (at,) = iterate_rows(default[mask_of_record_cases_compared_with_finer_step(default, kind)])
+        (at,) = iterate_rows(default[mask_of_finer_step_rows_at_default_stiffness(default, kind)])
         made += [
             MeasuredNumber(
                 f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"
@@ -158,7 +158,7 @@ def table_of_least_time_by_share_of_equal_outcomes(rows: pd.DataFrame) -> str:
 
     lines = [
         (f"{100 * least:g} %", *(least_time_per_case_text(name, least) for name in most))
-        for least in COMPARED_AGREEMENT_SHARES
+        for least in AGREEMENT_SHARES_FOR_TIME_COMPARISON
     ]
     best = [f"{100 * share:.1f} % in {least_time_per_case_text(name, share)}" for name, share in most.items()]
     return markdown_table(
@@ -170,8 +170,8 @@ def _step_error_table(rows: pd.DataFrame) -> str:
     """Return the table of errors of both schemes against a far finer step."""
     chosen = rows[
         (
-            mask_of_record_cases_compared_with_finer_step(rows, "rocking")
-            | mask_of_record_cases_compared_with_finer_step(rows, "sliding")
+            mask_of_finer_step_rows_at_default_stiffness(rows, "rocking")
+            | mask_of_finer_step_rows_at_default_stiffness(rows, "sliding")
         )
         & _row_mask_of_time_steps_shown_in_docs(rows)
     ]

@@ -266,7 +266,7 @@ def measure_energy_balance() -> Iterator[ErrorTableRow]:
         )
 
 
-def run_rigid_rocking_blocks(
+def fall_sides_and_peak_rotations_of_rigid_blocks(
     groups: Sequence[CaseGroup], series_order: int = REFERENCE_SERIES_ORDER, amplitude_factor: float = 1.0
 ) -> tuple[Flags, FloatArray]:
     """Return fall sides and peak rotations over α of Housner's rocking block, under motions times a factor."""
@@ -280,9 +280,13 @@ def amplitude_robust_cases_and_their_outcomes(
     groups: Sequence[CaseGroup],
 ) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
     """Return the cases whose rigid-block outcome does not change with ±1 % of amplitude, and these outcomes."""
-    flags, peaks = run_rigid_rocking_blocks(groups)
+    flags, peaks = fall_sides_and_peak_rotations_of_rigid_blocks(groups)
     same = np.all(
-        [run_rigid_rocking_blocks(groups, amplitude_factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0
+        [
+            fall_sides_and_peak_rotations_of_rigid_blocks(groups, amplitude_factor=factor)[0] == flags
+            for factor in (0.99, 1.01)
+        ],
+        axis=0,
     )
     of_each = np.split(same, np.cumsum([group.cases.case_count for group in groups])[:-1])
     kept = [group.subset(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
@@ -315,7 +319,7 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
             yield setting.error_table_row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
         for order in TAYLOR_SERIES_ORDERS:
             (flags, peaks), seconds = run_and_measure_min_processor_time(
-                partial(run_rigid_rocking_blocks, groups, order)
+                partial(fall_sides_and_peak_rotations_of_rigid_blocks, groups, order)
             )
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
             own |= wrong_flag_and_side_counts(flags, right[0]) | counts_of_all_and_wrong_cases_engines_simulate(

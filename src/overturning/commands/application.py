@@ -57,7 +57,7 @@ def _first_docstring_paragraph(command: Callable[..., None] | None) -> str:
     return " ".join((command.__doc__ or "").partition("\n\n")[0].split())
 
 
-def _add_command_group_and_set_short_help(group: typer.Typer, group_name: str) -> None:
+def _add_group_and_set_short_help_of_subcommands(group: typer.Typer, group_name: str) -> None:
     """Add a group of subcommands to the command line, and set the short help text of each subcommand."""
     groups = [group, *(each.typer_instance for each in group.registered_groups if each.typer_instance)]
     for each in groups:
@@ -85,7 +85,7 @@ for _name, _command in workflow.WORKFLOW_STEPS_BY_COMMAND.items():
         _command
     )
 for _name, _group in {"study": study.app, "records": records.app, "cube": cube.app}.items():
-    _add_command_group_and_set_short_help(_group, _name)
+    _add_group_and_set_short_help_of_subcommands(_group, _name)
 
 
 def _print_version(version_requested: bool) -> None:

@@ -24,7 +24,7 @@ def create_body_shape_and_scan_description_lines(
     if body_options.plan is not None:
         raise ArgumentError("--plan, --mesh: both given; leave one out")
     from overturning.model.mesh import UNITS_PER_METRE, read_scanned_stone
-    from overturning.units import GRANITE_DENSITY
+    from overturning.units import DEFAULT_STONE_DENSITY_KG_M3
 
     unit: Any = body_options.mesh_unit
     if unit is not None and unit not in UNITS_PER_METRE:
@@ -32,4 +32,4 @@ def create_body_shape_and_scan_description_lines(
     if density_kg_m3 is not None and not 0.0 < density_kg_m3 < math.inf:
         raise ArgumentError(f"--density: {density_kg_m3:g} kg/m³; it must be above 0 and finite")
     scan = read_scanned_stone(body_options.mesh, unit, body_options.relief)
-    return scan.shape, scan.description_lines(GRANITE_DENSITY if density_kg_m3 is None else density_kg_m3)
+    return scan.shape, scan.description_lines(DEFAULT_STONE_DENSITY_KG_M3 if density_kg_m3 is None else density_kg_m3)

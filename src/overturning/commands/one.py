@@ -348,7 +348,7 @@ def _load_scene_or_create_gravestone(
     from overturning.errors import ArgumentError
     from overturning.model.contact import Contact
     from overturning.model.scene import gravestone, load_scene
-    from overturning.units import GRANITE_DENSITY
+    from overturning.units import DEFAULT_STONE_DENSITY_KG_M3
 
     if planar_model_options.scene is None:
         stiffness: Literal["auto"] | float = (
@@ -356,7 +356,8 @@ def _load_scene_or_create_gravestone(
         )
         contact = Contact(stiffness=stiffness, damping_ratio=damping_ratio, damping=planar_model_options.damping)
         return gravestone(
-            contact, GRANITE_DENSITY if planar_model_options.density is None else planar_model_options.density
+            contact,
+            DEFAULT_STONE_DENSITY_KG_M3 if planar_model_options.density is None else planar_model_options.density,
         )
     if any(
         value is not None

@@ -143,7 +143,7 @@ def _compare_survey_with_cubes_and_write_results(
     """
     from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
     from overturning.findings.surveys import survey_prediction_findings
-    from overturning.labels import unsimulated_azimuth_label, variant_label_in_list_if_not_nominal
+    from overturning.labels import unsimulated_azimuth_ranges_text, variant_label_in_list_if_not_nominal
     from overturning.stored import write_result_as_json
     from overturning.study.cube import index_of_record, open_cube
     from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
@@ -189,7 +189,7 @@ def _compare_survey_with_cubes_and_write_results(
         if part
     }
     result = make_stored_survey_comparison(survey_path, name, comparison, survey_table.warnings, by_site, on_soil)
-    if gaps := unsimulated_azimuth_label(default):
+    if gaps := unsimulated_azimuth_ranges_text(default):
         print(f"no plane {gaps} was computed: the prediction for these directions comes from other planes")
     found = survey_prediction_findings(result)
     # The summary has printed the doubts.

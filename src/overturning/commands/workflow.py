@@ -309,9 +309,9 @@ def simulate_and_draw_illustrative_cases(
     ] = None,
 ) -> None:
     """Choose the cases that best illustrate a study; simulate them again and draw their films and figures."""
-    from overturning.figures.illustrative import draw_illustrative_cases
+    from overturning.figures.illustrative import choose_simulate_and_draw_illustrative_cases
 
-    draw_illustrative_cases(cube, motions, output, compared_cube, record or ())
+    choose_simulate_and_draw_illustrative_cases(cube, motions, output, compared_cube, record or ())
 
 
 def write_study_report(

@@ -103,7 +103,7 @@ class PlanarSceneTrajectory:
             "fallen_angle": dataset_variable_tuple(
                 "element side",
                 [
-                    (np.nan, np.nan) if item.is_driven_or_held else item.fall_rotations_to_minus_and_plus_x_rad
+                    (np.nan, np.nan) if item.has_prescribed_motion else item.fall_rotations_to_minus_and_plus_x_rad
                     for item in self.placed_elements
                 ],
                 "rad",
@@ -119,13 +119,13 @@ class PlanarSceneTrajectory:
             "element": ("element", [item.element.name for item in self.placed_elements]),
             "side": ("side", [-1, 1], {"long_name": "side over which it tips, 1 towards the azimuth"}),
         }
-        weight = self.scene.gravity * sum(item.mass for item in self.placed_elements if not item.is_driven_or_held)
+        weight = self.scene.gravity * sum(item.mass for item in self.placed_elements if not item.has_prescribed_motion)
         return variables, coordinates, {"reference": self.scene.name_of_element_shown_by_default, "weight": weight}
 
     def _dataset_tuples_of_outcome_variables(self, results: CaseResults) -> dict[str, Any]:
         """Return dimensions, values, attributes of a case's outcomes by name; missing for driven or held elements."""
         variables: dict[str, Any] = {}
-        free = [index for index, item in enumerate(self.placed_elements) if not item.is_driven_or_held]
+        free = [index for index, item in enumerate(self.placed_elements) if not item.has_prescribed_motion]
         for variable in (item for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"):
             values = getattr(results, variable.name)[0]
             if variable.has_element_dimension:

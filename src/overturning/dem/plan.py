@@ -194,7 +194,7 @@ class SimulationPlan(ABC):
             outcomes, path = self.simulate_cases_of_group(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
             if simulated_time_after_outcome_s > 0.0:
-                path = self.continue_trajectory_rows_if_several_elements(
+                path = self.extend_trajectory_rows_of_scene_or_stack(
                     path, simulated_time_after_outcome_s, np.atleast_1d(results.overturned[0]) == 1
                 )
         rest = self.trajectory_rows_at_rest(self.motion.sample_count)
@@ -202,7 +202,7 @@ class SimulationPlan(ABC):
             self.insert_skipped_sample_rows(np.concatenate([rest[:before], path]), rest)
         )
 
-    def continue_trajectory_rows_if_several_elements(
+    def extend_trajectory_rows_of_scene_or_stack(
         self,
         trajectory_rows: NDArray[Any],
         added_time_s: float,  # noqa: ARG002

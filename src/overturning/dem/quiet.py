@@ -15,16 +15,16 @@ SIMULATION_START_TO_ONSET_THRESHOLD_RATIO: Final = 0.1
 SIMULATED_TIME_BEFORE_START_THRESHOLD_S: Final = 2.0
 """Simulated time before that share is reached, s."""
 
-MAX_REST_TO_ONSET_THRESHOLD_RATIO: Final = 0.5
+MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO: Final = 0.5
 """Largest rest threshold of a single body, as a share of its lower threshold of rocking and sliding.
 
 Up to it nothing creeps (docs/method.md). A 3-D body that is simulated while it stands takes sample-long steps below it.
 """
 
-MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO: Final = 0.3
+MAX_SCENE_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO: Final = 0.3
 """Largest rest threshold of a scene, as a share of its lower threshold: a joint that has slipped lifts earlier."""
 
-MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO: Final = 0.9
+MAX_REST_LIMIT_TO_CORNER_SLIP_ACCELERATION_RATIO: Final = 0.9
 """Upper limit of the rest threshold, as a share of the acceleration at which the lighter corner slips."""
 
 
@@ -126,7 +126,7 @@ def largest_acceleration_without_motion_g(
     return np.asarray(
         np.minimum(
             max_rest_to_onset_threshold_ratio * np.minimum(rocking_threshold_g, sliding_threshold_g),
-            MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO * creeps / max_dynamic_to_static_force_ratio,
+            MAX_REST_LIMIT_TO_CORNER_SLIP_ACCELERATION_RATIO * creeps / max_dynamic_to_static_force_ratio,
         )
     )
 

@@ -8,14 +8,14 @@ from overturning.arrays import FloatArray
 from overturning.figures.answer import PlottedEstimate, fault_normal_alignment_by_earthquake_figure
 from overturning.figures.style import SERIES_COLOURS, add_title_and_legend, create_panel_grid, label_axes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.earthquakes import FallAxisAndAlignmentOverEarthquakes, MeanFallAlignmentByBOverH
+from overturning.statistics.earthquakes import MeanFallAlignmentByBOverH, MeanFallAxisAndAlignmentOverEarthquakes
 
 MAX_EARTHQUAKES_OF_HOLLOW_MARKER = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
 
 
 def fault_normal_alignment_figure_from_fall_axes(
-    fall_axes_by_group: dict[str, xr.Dataset], summary_by_group: dict[str, FallAxisAndAlignmentOverEarthquakes]
+    fall_axes_by_group: dict[str, xr.Dataset], summary_by_group: dict[str, MeanFallAxisAndAlignmentOverEarthquakes]
 ) -> Figure:
     """Draw each earthquake's alignment of falls with the fault normal, one panel per group of records."""
     values = {

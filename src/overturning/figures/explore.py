@@ -43,7 +43,7 @@ from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.study.cube import (
-    default_figure_values_by_dimension_name,
+    default_height_and_friction_of_figures,
     find_study_with_title_and_figure_settings,
     study_of_cube,
 )
@@ -222,7 +222,7 @@ def _initial_block_and_element_indices(cube: "xr.Dataset", study: Study | None) 
     )
     block = {
         name: cube[name].to_numpy().tolist().index(value)
-        for name, (value,) in default_figure_values_by_dimension_name(cube, study).items()
+        for name, (value,) in default_height_and_friction_of_figures(cube, study).items()
     }
     return {"height": 0, "friction": cube.sizes["friction"] - 1, **block, "element": names.index(element)}
 

@@ -87,7 +87,7 @@ def encode_outcomes_of_record(
         "timeStep": time_step,
         **{
             name: _encode_multiples_of_step_as_base64(
-                _clip_intermediate_probabilities(transpose_to_page_order(known[name])),
+                _keep_intermediate_probabilities_off_0_and_1(transpose_to_page_order(known[name])),
                 1 / ENCODED_PROBABILITY_STEP_COUNT,
                 "u1",
             )
@@ -130,7 +130,7 @@ def _encode_multiples_of_step_as_base64(
     return _encode_array_as_base64(whole.astype(integer_dtype_name))
 
 
-def _clip_intermediate_probabilities(fall_probabilities: FloatArray) -> FloatArray:
+def _keep_intermediate_probabilities_off_0_and_1(fall_probabilities: FloatArray) -> FloatArray:
     """Move probabilities strictly between 0 and 1 away from both, so that rounding to 255 steps keeps them between."""
     return np.where(
         (fall_probabilities > 0) & (fall_probabilities < 1),

@@ -20,7 +20,7 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-MAX_TILT_COSINE_AND_ANGULAR_VELOCITY_AT_REST = 1e-3
+MAX_TILT_SINE_AND_ANGULAR_VELOCITY_AT_REST = 1e-3
 """Largest tilt (direction cosine) and angular velocity, rad/s, of a body at rest."""
 
 
@@ -51,7 +51,7 @@ def _largest_motion_of_standing_stones_sentence(trajectory_by_stone: list["xr.Da
     tilts_at_end = [float(np.hypot(one["tilt_north"], one["tilt_east"])) for one in last]
     moves = (
         max(*tilts_at_end, *(float(np.abs(one["angular_velocity"]).max()) for one in last))
-        > MAX_TILT_COSINE_AND_ANGULAR_VELOCITY_AT_REST
+        > MAX_TILT_SINE_AND_ANGULAR_VELOCITY_AT_REST
     )
 
     def value_of_largest_magnitude_and_stone_name(value_by_stone: list[float]) -> tuple[float, str]:

@@ -70,11 +70,11 @@ def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, floa
     If nothing falls, the last movement of at least `LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO` of the largest one counts as
     the last, since a stone may rock on for long.
     """
-    times = _movement_start_return_and_end_times(trajectory)
+    times = _movement_start_return_after_peak_and_end_times(trajectory)
     return None if times is None else (times[0], times[2])
 
 
-def _movement_start_return_and_end_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
+def _movement_start_return_after_peak_and_end_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
     """Return the times (s) of the first movement, of the return after the largest one, and of the last movement.
 
     See `first_and_last_movement_times`.
@@ -116,7 +116,7 @@ def film_start_and_end_times(trajectories: Sequence["xr.Dataset"]) -> tuple[floa
     spans = [
         (has_fallen_stone(trajectory), times)
         for trajectory in trajectories
-        if (times := _movement_start_return_and_end_times(trajectory)) is not None
+        if (times := _movement_start_return_after_peak_and_end_times(trajectory)) is not None
     ]
     if spans:
         any_falls = any(fell for fell, _ in spans)

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_illustrative_cases(
+def choose_simulate_and_draw_illustrative_cases(
     cube_path: Path,
     motion_folder: Path,
     output_folder: Path,

@@ -39,7 +39,7 @@ PANEL_WIDTH_INCHES_BY_COLUMN_COUNT: Final = {1: 4.1, 2: 3.0, 3: 2.15}
 TITLE_LETTER_WIDTH_INCHES: Final = 0.075
 """Width of a letter of a panel's title, inches."""
 
-MAX_DRAWN_CELL_WIDTH_DEG: Final = 2.0
+MAX_UNSPLIT_CELL_WIDTH_DEG: Final = 2.0
 """Largest width of a drawn cell, degrees: wider cells are split, so that their edges look like arcs, not chords."""
 
 PROBABILITY_COLOURMAP: Final = LinearSegmentedColormap.from_list("probability", style.PROBABILITY_COLOUR_STOPS)
@@ -226,7 +226,7 @@ def _draw_polar_fall_map_and_return_mesh(
         ring_labels_in_front_of_lines=True,
     )
     edges = azimuth_cell_edges_rad(cells["azimuth"].to_numpy().astype(np.float64))
-    parts = int(np.ceil(np.degrees(np.diff(edges).max()) / MAX_DRAWN_CELL_WIDTH_DEG))
+    parts = int(np.ceil(np.degrees(np.diff(edges).max()) / MAX_UNSPLIT_CELL_WIDTH_DEG))
     theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
     _draw_simulated_area(axes, edges, radius, panel.is_azimuth_simulated)
     towards, stands = (cells[name].to_numpy() for name in ("towards", "stands"))

@@ -12,7 +12,7 @@ from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import FigureWriterInAllFormats
 from overturning.model.scene import gravestone
 from overturning.study.cube import (
-    default_figure_values_by_dimension_name,
+    default_height_and_friction_of_figures,
     element_name_to_show,
     open_cube,
     study_of_cube,
@@ -58,7 +58,7 @@ def draw_record_figures(
             with use_package_matplotlib_settings():
                 write_figure_files(
                     fall_map_figure(
-                        one.sel(default_figure_values_by_dimension_name(one)), f"{title}{stone}", around["pgv"]
+                        one.sel(default_height_and_friction_of_figures(one)), f"{title}{stone}", around["pgv"]
                     ),
                     output_folder / "polar" / name,
                 )

@@ -22,7 +22,7 @@ from overturning.figures.style import (
 )
 from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
-from overturning.statistics.earthquakes import FallAxisAndAlignmentOverEarthquakes
+from overturning.statistics.earthquakes import MeanFallAxisAndAlignmentOverEarthquakes
 from overturning.statistics.roses import FallShareRoseAveragedOverEarthquakes, fall_rose, fall_rose_by_record_group
 
 MAX_ROSES_PER_ROW: Final = 4
@@ -172,7 +172,7 @@ def _azimuth_deg_for_radius_labels(rose: FallShareRoseAveragedOverEarthquakes) -
 
 
 def fall_roses_by_group_figure(
-    cube: xr.Dataset, summary_by_group: Mapping[str, FallAxisAndAlignmentOverEarthquakes] | None = None
+    cube: xr.Dataset, summary_by_group: Mapping[str, MeanFallAxisAndAlignmentOverEarthquakes] | None = None
 ) -> Figure:
     """Draw a rose of falls for each group of records, such as those with a velocity pulse, on one scale.
 

@@ -29,17 +29,17 @@ def draw_scene(
 ) -> None:
     """Draw a 2-D scene to scale; elements that move with the ground are grey, fixed elements hatched."""
     placed = place_elements(scene, reference_element_height, reference_element_b_over_h)
-    free = [item for item in placed if not item.is_driven_or_held]
+    free = [item for item in placed if not item.has_prescribed_motion]
     low = min(float(item.vertices_in_scene[:, 1].min()) for item in free)
     high = max(float(item.vertices_in_scene[:, 1].max()) for item in free)
     reach = max(float(np.abs(item.vertices_in_scene[:, 0]).max()) for item in free) + 0.35 * (high - low)
     for item in placed:
         axes.fill(
-            *item.vertices_in_scene.T, facecolor="#d9d9d6" if item.is_driven_or_held else "#f4ead9", edgecolor=INK,
+            *item.vertices_in_scene.T, facecolor="#d9d9d6" if item.has_prescribed_motion else "#f4ead9", edgecolor=INK,
             linewidth=0.8,
             hatch="//" if item.element.kind == "held" else None,
         )  # fmt: skip
-        if not item.is_driven_or_held:
+        if not item.has_prescribed_motion:
             axes.plot(item.centre_of_mass_x, item.centre_of_mass_z, marker="+", color=SERIES_COLOURS[0], markersize=5)
             axes.annotate(
                 item.element.name, (float(item.vertices_in_scene[:, 0].max()), item.centre_of_mass_z), (4, 0),
@@ -61,7 +61,7 @@ def _scene_name_and_title(scene: Scene) -> str:
     )
 
 
-def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
+def draw_scenes_side_by_side(scenes: Sequence[Scene]) -> "Figure":
     """Draw one or more scenes side by side, all to the same scale."""
     lines = max(_scene_name_and_title(scene).count("\n") for scene in scenes)
     figure, panels = create_panel_grid(1, len(scenes), 2.7 * len(scenes), 3.4 + 0.2 * lines)

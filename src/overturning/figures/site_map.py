@@ -161,7 +161,7 @@ def draw_station_and_fall_axis_maps_of_earthquakes(earthquakes: Sequence[Earthqu
     if not earthquakes:
         raise ArgumentError("sites: none; give at least one earthquake with a station")
     for site in earthquakes:
-        _check_stations_and_coordinates(site)
+        _check_has_stations_and_valid_coordinates(site)
     most, width = (
         (MAX_PANELS_PER_ROW_ON_PHONE, PHONE_FIGURE_WIDTH_INCHES)
         if is_drawing_for_phone()
@@ -186,7 +186,7 @@ def draw_station_and_fall_axis_maps_of_earthquakes(earthquakes: Sequence[Earthqu
     return figure
 
 
-def _check_stations_and_coordinates(earthquake: EarthquakeMapContent) -> None:
+def _check_has_stations_and_valid_coordinates(earthquake: EarthquakeMapContent) -> None:
     """Raise an error if an earthquake has no stations, or if a latitude or longitude is outside its range."""
     if not earthquake.stations:
         raise ArgumentError(f"{earthquake.name}: no station; leave the earthquake out, or give one")

@@ -58,7 +58,7 @@ class SurveyFigureData:
     ----------
     name : str
         Name of the survey.
-    observed_falls_by_octant, computed_falls_by_octant : ndarray, shape (8,)
+    observed_falls_by_octant, computed_fall_count_by_octant : ndarray, shape (8,)
         Number of stones that fell towards each octant, from N clockwise, and as many as are computed.
     observed_mean_fall_direction_deg, computed_mean_fall_direction_deg : float or None
         Mean fall directions, degrees; None if there is none.
@@ -68,7 +68,7 @@ class SurveyFigureData:
 
     name: str
     observed_falls_by_octant: FloatArray
-    computed_falls_by_octant: FloatArray
+    computed_fall_count_by_octant: FloatArray
     observed_mean_fall_direction_deg: float | None
     computed_mean_fall_direction_deg: float | None
     observed_fallen_share: PlottedEstimate
@@ -129,7 +129,10 @@ def _draw_survey_rose(axes: Any, drawn_survey: SurveyFigureData) -> None:
     """Draw a rose of a survey: observed falls as sectors, computed falls as an outline."""
     turn_axes_into_compass(axes)
     centres = np.arange(8) * OCTANT_WIDTH_RAD
-    observed, computed = np.sqrt(drawn_survey.observed_falls_by_octant), np.sqrt(drawn_survey.computed_falls_by_octant)
+    observed, computed = (
+        np.sqrt(drawn_survey.observed_falls_by_octant),
+        np.sqrt(drawn_survey.computed_fall_count_by_octant),
+    )
     top = 1.06 * max(1.0, float(observed.max()), float(computed.max()))
     axes.bar(centres, observed, width=OCTANT_WIDTH_RAD, color=FALL_COLOUR, edgecolor="white", linewidth=0.6, zorder=2)
     around = np.linspace(-0.5, 0.5, 16) * OCTANT_WIDTH_RAD

@@ -9,7 +9,7 @@ from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.statistics.criteria import MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO, score_overturning_criteria
 from overturning.statistics.logistic import CONFIDENCE_LEVEL, coefficient_interval_and_predictor_range_rows
 
-DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
+QUANTITY_TO_DOUBLE_BY_COEFFICIENT_INDEX = {1: "PGA and PGV", 2: "PGV alone", 4: "size of the block"}
 """Quantity that doubles if a predictor of `statistics.logistic.PREDICTOR_NAMES` grows by ln 2, by coefficient index."""
 
 
@@ -160,7 +160,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
     fitted = (
         {}
         if fit.reason_without_estimate_or_interval.startswith("no fit")
-        else {rows[place].predictor: name for place, name in DOUBLED_QUANTITY_BY_COEFFICIENT_INDEX.items()}
+        else {rows[place].predictor: name for place, name in QUANTITY_TO_DOUBLE_BY_COEFFICIENT_INDEX.items()}
     )
     chances = [
         _fall_probability_if_quantity_doubles(fitted[one.predictor], one) for one in rows if one.predictor in fitted

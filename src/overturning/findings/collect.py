@@ -17,7 +17,7 @@ from overturning.findings.causes import (
     skill_of_published_criteria,
 )
 from overturning.findings.contrast import (
-    ElementFallOutcomes,
+    ElementFallSummaryForOneVariant,
     SoilProfileFallRatesAtAmplitude,
     VariantContrast,
     compare_study_with_variants,
@@ -36,9 +36,9 @@ from overturning.findings.direction import (
 )
 from overturning.findings.displacements import ElementDisplacementFindings, final_slip_and_rotation_of_elements
 from overturning.findings.exactness import (
-    ConvergenceFindings,
     EnsembleDisagreementFindings,
     FinalTwistOfMovedStandingStones,
+    OutcomeChangesInConvergenceCheck,
     convergence_findings,
     ensemble_findings,
     final_twist_findings,
@@ -99,7 +99,7 @@ class Findings(FindingBaseClass):
     """Alignment of 3-D falls with references."""
     planar_model_agreement: PlanarModelAgreement | None
     """Agreement of the 2-D model in the face planes with the 3-D outcome."""
-    element_outcomes: list[ElementFallOutcomes]
+    element_outcomes: list[ElementFallSummaryForOneVariant]
     """Falls of each element of scenes of several elements."""
     element_displacements: list[ElementDisplacementFindings]
     """Final slip and twist of each element of 3-D scenes."""
@@ -127,11 +127,11 @@ class Findings(FindingBaseClass):
     """Logistic fit of the probability of overturning."""
     criteria_scores: CriteriaFindings | None
     """Skill of published criteria."""
-    final_twist: FinalTwistOfMovedStandingStones | None
+    twist_of_moved_standing_stones: FinalTwistOfMovedStandingStones | None
     """Rotation about the vertical of stones that stand."""
     ensemble: EnsembleDisagreementFindings | None
     """Cells whose repeated runs disagree."""
-    convergence: ConvergenceFindings | None
+    convergence: OutcomeChangesInConvergenceCheck | None
     """Cases that change in a second, finer computation."""
     maps: ReportMapSelection
     records: list[RecordPeaksAndFallDirection]
@@ -169,7 +169,7 @@ def findings_from_results(results: StudyResults) -> Findings:
         population=population_findings(results),
         logistic_fit=logistic_fit_findings(results),
         criteria_scores=skill_of_published_criteria(results),
-        final_twist=final_twist_findings(results),
+        twist_of_moved_standing_stones=final_twist_findings(results),
         ensemble=ensemble_findings(results),
         convergence=convergence_findings(results),
         maps=choose_fall_maps_for_report(results),

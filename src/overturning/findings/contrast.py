@@ -67,10 +67,10 @@ class VariantContrast(FindingBaseClass):
     """Share of the falls in both that are earlier in the study."""
     share_falling_simultaneously_if_both_fall: Estimate
     """Share of the falls in both that are at the same time."""
-    share_first_or_alone_in_study_if_any_falls: Estimate
+    share_study_stone_falls_first_if_either_falls: Estimate
     """Share, of the cases with a fall in either, in which the stone of the study falls first or alone; a case with
     falls at the same time counts half."""
-    by_b_over_h: list["OverturnedSharesAtBOverH"]
+    overturned_shares_by_b_over_h: list["OverturnedSharesAtBOverH"]
     """Shares of the cases that overturn, for each B/H."""
     population_fall_rate_in_study: Estimate | None
     """Fall rate of the population in the study under the records as they are, over the stones with an outcome in both;
@@ -93,7 +93,7 @@ class OverturnedSharesAtBOverH(FindingBaseClass):
     """First share minus the second, record by record."""
 
 
-class ElementFallOutcomes(FindingBaseClass):
+class ElementFallSummaryForOneVariant(FindingBaseClass):
     """Number of falls, share of cases with a fall, and median fall time of one element of a scene."""
 
     variant: str
@@ -234,11 +234,11 @@ def _compare_study_with_variant(
         share_falling_simultaneously_if_both_fall=estimate_from_mean(
             found.share_of_simultaneous_falls_if_both_fall, "share of the falls in both that are at the same time"
         ),
-        share_first_or_alone_in_study_if_any_falls=estimate_from_mean(
+        share_study_stone_falls_first_if_either_falls=estimate_from_mean(
             found.this_first_or_alone_share_if_any_falls,
             "share of the cases with a fall in either in which the stone of the study falls first or alone",
         ),
-        by_b_over_h=_overturned_shares_at_each_b_over_h(b_over_h, paired, events),
+        overturned_shares_by_b_over_h=_overturned_shares_at_each_b_over_h(b_over_h, paired, events),
         population_fall_rate_in_study=mean_rates[0] if mean_rates else None,
         population_fall_rate_in_variant=mean_rates[1] if mean_rates else None,
         primary_statistic_study_minus_variant=(
@@ -289,7 +289,7 @@ def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tu
     return cube.assign(overturned=masked[0]), other_cube.assign(overturned=masked[1])
 
 
-def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
+def element_fall_findings(results: StudyResults) -> list[ElementFallSummaryForOneVariant]:
     """Count the falls of each element of the scene, for the study and for each of its variants.
 
     Empty if all have the same scene of one element.
@@ -307,10 +307,10 @@ def element_fall_findings(results: StudyResults) -> list[ElementFallOutcomes]:
 
 def _fall_outcomes_of_element(
     variant_name: str, scene: Scene, fall_counts: ElementFallCounts, scene_has_several_elements: bool
-) -> ElementFallOutcomes:
+) -> ElementFallSummaryForOneVariant:
     """Return number, share and median time of the falls of one scene element in the study or one of its variants."""
     falls, first_falls = fall_counts.fall_count, fall_counts.count_of_falls_with_no_earlier_fall
-    return ElementFallOutcomes(
+    return ElementFallSummaryForOneVariant(
         variant=variant_name, scene=scene.name,
         element=fall_counts.element_name if scene_has_several_elements else scene.free_element_names[0],
         cases_with_outcome=fall_counts.known_outcome_case_count, falls=falls, share_overturned=fall_counts.fall_share,

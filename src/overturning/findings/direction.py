@@ -237,8 +237,8 @@ def fall_direction_findings(results: StudyResults) -> FallDirectionRelativeToFau
         record_masks_by_group(cube),
         "plane" if results.model.is_planar else results.model.direction_dimension_name,
     )
-    for name, summary in results.fall_axis_summary_by_record_group.items():
-        axes = results.fall_axes_by_record_group[name]
+    for name, summary in results.fall_axis_to_fault_normal_summary_by_record_group.items():
+        axes = results.fall_axes_from_fault_normal_by_record_group[name]
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
         agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.record_events)
         rules = [

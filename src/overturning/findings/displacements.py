@@ -35,7 +35,8 @@ class ElementDisplacementFindings(FindingBaseClass):
 def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDisplacementFindings]:
     """Summarise final slip and absolute twist of each element over the cases in which it stands, by variant.
 
-    Empty for planar models and for studies of a single body, whose rotation is in the finding `final_twist`.
+    Empty for planar models and for studies of a single body, whose rotation is in the finding
+    `twist_of_moved_standing_stones`.
     """
     if not results.study.is_stack:
         return []

@@ -19,12 +19,15 @@ from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.model import Model
 from overturning.settings import EnsembleSettings
 from overturning.statistics.by_record import apply_to_record_batches_and_join
-from overturning.statistics.space import abs_twist_deg_of_moved_standing_stones, summarise_twists_sorting_in_place
+from overturning.statistics.space import (
+    moved_stone_twist_deg_by_b_over_h_and_friction,
+    summarise_twists_sorting_in_place,
+)
 from overturning.statistics.spread import (
     RunCountStatistic,
     average_first_batch_statistic_over_run_orders,
     indicator_that_most_runs_fall_and_sides_differ,
-    indicator_that_runs_disagree_on_fall,
+    indicator_that_some_runs_fall_and_others_stand,
 )
 from overturning.study.convergence import ConvergenceCheckResult, FinerStepOutcomeChangeCountOfRecord
 from overturning.study.ensemble import MEMBERS_PER_BATCH
@@ -70,7 +73,7 @@ class FinerStepChangeFindingOfRecord(FindingBaseClass):
     changes: ChangedCaseCountAndShare
 
 
-class ConvergenceFindings(FindingBaseClass):
+class OutcomeChangesInConvergenceCheck(FindingBaseClass):
     """Shares of the cases whose outcome changes in a more exact computation.
 
     Second computations use finer steps, stiffer springs, or exact rigid blocks.
@@ -109,13 +112,13 @@ class FinalTwistOfMovedStandingStones(FindingBaseClass):
     """Largest absolute rotation."""
 
 
-def convergence_findings(results: StudyResults) -> ConvergenceFindings | None:
+def convergence_findings(results: StudyResults) -> OutcomeChangesInConvergenceCheck | None:
     """Return the report's numbers on the convergence check of the study; None if there was no check."""
     found = results.convergence
     if found is None:
         return None
     is_sample, shift = found.rerun_case_count < found.simulated_study_cell_count, found.amplitude_change_rerun
-    return ConvergenceFindings(
+    return OutcomeChangesInConvergenceCheck(
         result=found,
         only_random_sample_was_rerun=is_sample,
         comparisons=comparisons_with_second_computations(found),
@@ -158,7 +161,7 @@ def final_twist_findings(results: StudyResults) -> FinalTwistOfMovedStandingSton
     if results.study.is_stack or not results.model.can_rotate_about_vertical:
         return None
     found = summarise_twists_sorting_in_place(
-        np.concatenate(list(abs_twist_deg_of_moved_standing_stones(results.reference_element_cube).values()))
+        np.concatenate(list(moved_stone_twist_deg_by_b_over_h_and_friction(results.reference_element_cube).values()))
     )
     return FinalTwistOfMovedStandingStones(
         moved_standing_stone_count=found.stone_count,
@@ -224,7 +227,7 @@ def count_ensemble_cases_and_runs_by_record(
         )
 
     over = [name for name in run.dims if name != "record"]
-    divided = estimate_first_run_batch_statistic_by_case(indicator_that_runs_disagree_on_fall)
+    divided = estimate_first_run_batch_statistic_by_case(indicator_that_some_runs_fall_and_others_stand)
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,

@@ -12,7 +12,7 @@ from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.statistics.map_choice import choose_records_for_report_maps
-from overturning.study.cube import default_figure_values_by_dimension_name, element_name_to_show, record_sources
+from overturning.study.cube import default_height_and_friction_of_figures, element_name_to_show, record_sources
 from overturning.study.scenes import variant_scene
 
 
@@ -143,7 +143,7 @@ def choose_fall_maps_for_report(results: StudyResults) -> ReportMapSelection:
     axis, length = means["mean_axis"].to_numpy(), means["axis_resultant"].to_numpy()
     normal = cube["fault_normal"].to_numpy().astype(np.float64)
     alignment = length * np.cos(np.radians(2.0 * (axis - normal)))
-    block = default_figure_values_by_dimension_name(cube, results.study)
+    block = default_height_and_friction_of_figures(cube, results.study)
     names, shares = results.record_ids_and_names, overturned_shares_by_record(cube).to_numpy()
     return ReportMapSelection(
         height_m=block["height"][0] if "height" in block else float("nan"),

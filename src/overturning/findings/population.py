@@ -10,10 +10,10 @@ from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.motion.jma_intensity import (
+    ASSUMED_JMA_INTENSITY_ADDED_BY_VERTICAL_MOTION,
     JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION,
-    JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION,
     is_published_intensity_in_range,
-    truncate_to_published_intensity,
+    round_and_truncate_to_published_intensity,
 )
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
 from overturning.study.scenes import NOMINAL_VARIANT
@@ -67,7 +67,7 @@ class MedianFallRateAtJmaDegree(FindingBaseClass):
     """Number of motions of this degree."""
 
 
-class JmaSurveyRuleCheck(FindingBaseClass):
+class JmaIntensityFromFallShareRuleCheck(FindingBaseClass):
     """Check of one published rule that infers the JMA intensity from the share of stones that fell."""
 
     rule_fall_rate_lower_limit: float
@@ -85,7 +85,8 @@ class JmaSurveyRuleCheck(FindingBaseClass):
     share_with_intensity_above_inferred_degree: ShareOfMotionsWithInterval | None
     """Share with a higher intensity; None for the highest degree."""
     share_of_inferred_degree_with_vertical_increment: ShareOfMotionsWithInterval | None
-    """Share that agrees if `jma_intensity_increment_by_vertical_motion` is added for a missing vertical component."""
+    """Share that agrees if `assumed_jma_intensity_added_by_vertical_motion` is added for a missing vertical
+    component."""
 
 
 class FragilityCurve(FindingBaseClass):
@@ -175,11 +176,11 @@ class StonePopulationFindings(FindingBaseClass):
     """Fall rate under each record."""
     records_without_vertical_motion: int
     """Number of records without a vertical component."""
-    jma_intensity_increment_by_vertical_motion: float = JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION
+    assumed_jma_intensity_added_by_vertical_motion: float = ASSUMED_JMA_INTENSITY_ADDED_BY_VERTICAL_MOTION
     """Instrumental intensity that a vertical component usually adds."""
-    by_intensity: list[MedianFallRateAtJmaDegree]
+    median_fall_rate_by_jma_degree: list[MedianFallRateAtJmaDegree]
     """Fall rate for each degree of the JMA scale."""
-    survey_rules: list[JmaSurveyRuleCheck]
+    checks_of_jma_intensity_rules: list[JmaIntensityFromFallShareRuleCheck]
     """Check of each rule that infers an intensity from the share of the stones not fixed to their base that fall."""
     fragility_curves: list[FragilityCurve]
     """Lognormal fragility curves of the stones that are not fixed to their base."""
@@ -220,7 +221,7 @@ def population_findings(results: StudyResults) -> StonePopulationFindings | None
             _population_fall_rate_under_record(results, index) for index in range(len(results.record_ids_and_names))
         ],
         records_without_vertical_motion=int(horizontal.sum()),
-        by_intensity=[
+        median_fall_rate_by_jma_degree=[
             MedianFallRateAtJmaDegree(
                 jma_degree=degree,
                 median_fall_rate=float(np.median(rates[at])),
@@ -229,7 +230,7 @@ def population_findings(results: StudyResults) -> StonePopulationFindings | None
             for degree, low, high in JMA_DEGREES_WITH_INTENSITY_RANGES
             if (at := known & is_published_intensity_in_range(jma, low, high)).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
-        survey_rules=[
+        checks_of_jma_intensity_rules=[
             _compare_jma_survey_rule_with_motions(rule, known, free_rates, jma, horizontal, events)
             for rule in JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION
             if _motions_with_fall_rate_in_rule_range(rule, known, free_rates).sum() >= MIN_MOTIONS_FOR_FALL_RATE
@@ -295,7 +296,7 @@ def _compare_jma_survey_rule_with_motions(
     jma_intensity_by_motion: FloatArray,
     mask_of_records_without_vertical_motion: BoolArray,
     earthquake_by_record: StrArray,
-) -> JmaSurveyRuleCheck:
+) -> JmaIntensityFromFallShareRuleCheck:
     """Compare the JMA intensity that a survey rule infers from fall rates with the intensity of the motions.
 
     Arrays have shape (records, amplitudes); `mask_of_records_without_vertical_motion` and `earthquake_by_record` have
@@ -307,7 +308,7 @@ def _compare_jma_survey_rule_with_motions(
     )
     more = (
         jma_intensity_by_motion
-        + JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION * mask_of_records_without_vertical_motion[:, None]
+        + ASSUMED_JMA_INTENSITY_ADDED_BY_VERTICAL_MOTION * mask_of_records_without_vertical_motion[:, None]
     )
     agreeing, agreeing_more, above = (
         selected & is_published_intensity_in_range(one, a, b)
@@ -318,12 +319,12 @@ def _compare_jma_survey_rule_with_motions(
         )
     )
     lacking = bool((selected & mask_of_records_without_vertical_motion[:, None]).any())
-    return JmaSurveyRuleCheck(
+    return JmaIntensityFromFallShareRuleCheck(
         rule_fall_rate_lower_limit=low,
         rule_fall_rate_upper_limit=high if high < 1 else math.inf,
         inferred_jma_degree=text,
         median_jma_intensity_in_fall_rate_range=float(
-            truncate_to_published_intensity(np.median(jma_intensity_by_motion[selected]))
+            round_and_truncate_to_published_intensity(np.median(jma_intensity_by_motion[selected]))
         ),
         count=_count_motions_records_and_earthquakes(selected, earthquake_by_record),
         share_with_intensity_of_inferred_degree=share_of_motions_agreeing_with_survey_rule(

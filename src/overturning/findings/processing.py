@@ -55,7 +55,7 @@ class RecordProcessing(FindingBaseClass):
     """Kinds of doubts about the data that may affect results, such as "clipped samples"."""
 
 
-class DoubtfulRecords(FindingBaseClass):
+class RecordsWithOneKindOfDataDoubt(FindingBaseClass):
     """Records with one kind of doubt about their data, such as clipped samples."""
 
     doubt: str
@@ -71,7 +71,7 @@ class DoubtsAboutRecordData(FindingBaseClass):
 
     record_count_with_notes_or_doubts: int
     """Number of records with something declared or trusted, a note, or a drift."""
-    doubts: list[DoubtfulRecords]
+    doubts: list[RecordsWithOneKindOfDataDoubt]
     """Records with each kind of doubt about the data; kinds without a record are left out."""
 
 
@@ -141,7 +141,7 @@ def summarise_record_notes_and_doubts(
             for one in known.values()
         ),
         doubts=[
-            DoubtfulRecords(doubt=kind, record_count=len(doubtful), records=doubtful)
+            RecordsWithOneKindOfDataDoubt(doubt=kind, record_count=len(doubtful), records=doubtful)
             for kind, doubtful in named.items()
             if doubtful
         ],

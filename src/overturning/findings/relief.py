@@ -41,7 +41,7 @@ def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> FallShar
     if relief is None or _LOW not in results.reference_element_cube:
         return None
     found = apply_to_record_batches_and_join(
-        _sum_fall_shares_and_variances_by_relief_half,
+        _sum_falls_for_low_and_high_base_relief,
         results.reference_element_cube,
         (_LOW, _HIGH, "members", "overturned"),
     ).sum()
@@ -56,7 +56,7 @@ def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> FallShar
     )
 
 
-def _sum_fall_shares_and_variances_by_relief_half(cube: xr.Dataset) -> xr.Dataset:
+def _sum_falls_for_low_and_high_base_relief(cube: xr.Dataset) -> xr.Dataset:
     """Return, by record, sums over cases with ensemble runs: number, fall shares and variances of the outcome.
 
     The fall shares ``low`` and ``high`` are of the runs with the lower and with the higher half of the reliefs; the

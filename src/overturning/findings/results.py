@@ -190,19 +190,24 @@ class StudyResults:
         return earthquakes.mean_fall_directions_and_axes_by_record(self.reference_element_cube)
 
     @cached_property
-    def fall_axes_by_record_group(self) -> dict[str, xr.Dataset]:
+    def fall_axes_from_fault_normal_by_record_group(self) -> dict[str, xr.Dataset]:
         """Mean fall axis of each earthquake relative to its fault normal, by name of the group of records."""
         return earthquakes.fall_axes_from_fault_normal_by_group(self.reference_element_cube)
 
     @cached_property
-    def fall_axis_summary_by_record_group(self) -> dict[str, earthquakes.FallAxisAndAlignmentOverEarthquakes]:
+    def fall_axis_to_fault_normal_summary_by_record_group(
+        self,
+    ) -> dict[str, earthquakes.MeanFallAxisAndAlignmentOverEarthquakes]:
         """Summary over earthquakes of the fall axes relative to the fault normals, by name of the group of records."""
-        return {name: earthquakes.summarise_fall_axes(axes) for name, axes in self.fall_axes_by_record_group.items()}
+        return {
+            name: earthquakes.summarise_fall_axes(axes)
+            for name, axes in self.fall_axes_from_fault_normal_by_record_group.items()
+        }
 
     @cached_property
     def first_minus_second_record_group_alignment(self) -> MeanOverEarthquakes | None:
         """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
-        groups = self.fall_axes_by_record_group.values()
+        groups = self.fall_axes_from_fault_normal_by_record_group.values()
         return earthquakes.first_minus_second_mean_fall_alignment(*groups) if len(groups) == 2 else None
 
     @cached_property
@@ -243,7 +248,7 @@ class StudyResults:
     @property
     def has_falls_with_known_fault_normal(self) -> bool:
         """True if at least one earthquake has both falls and a known fault normal."""
-        summaries = self.fall_axis_summary_by_record_group.values()
+        summaries = self.fall_axis_to_fault_normal_summary_by_record_group.values()
         return any(one.mean_cos_of_doubled_angle_to_fault_normal.earthquake_count > 0 for one in summaries)
 
     @property

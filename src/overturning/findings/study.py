@@ -83,9 +83,9 @@ class CaseCountsAndOverturnedShares(FindingBaseClass):
     """Number of these further cases without an outcome."""
     share_overturned: OptionalNumber
     """Share of the cases with an outcome that overturn."""
-    overturned_share_within_45_deg_of_fault_normal: OptionalNumber
+    overturned_share_in_azimuths_near_fault_normal: OptionalNumber
     """Share of the cases that overturn, azimuths within 45° of the fault normal; None without a fault or in space."""
-    overturned_share_beyond_45_deg_of_fault_normal: OptionalNumber
+    overturned_share_in_azimuths_near_fault_strike: OptionalNumber
     """Share of the cases that overturn, azimuths more than 45° from the fault normal."""
 
 
@@ -219,8 +219,8 @@ def case_counts_and_overturned_shares(results: StudyResults) -> CaseCountsAndOve
         if scaled is None
         else int((~mask_of_known_outcomes(scaled)).sum().compute()),
         share_overturned=results.share_overturned,
-        overturned_share_within_45_deg_of_fault_normal=within,
-        overturned_share_beyond_45_deg_of_fault_normal=beyond,
+        overturned_share_in_azimuths_near_fault_normal=within,
+        overturned_share_in_azimuths_near_fault_strike=beyond,
     )
 
 

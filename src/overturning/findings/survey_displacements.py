@@ -74,7 +74,7 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
     """Predicted number of fallen stones in each octant."""
     log_likelihood_ratio: OptionalNumber
     """Sum over these stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
-    log_likelihood_ratio_p_value: OptionalNumber
+    likelihood_ratio_p_value_if_directions_random: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
     known_direction_falls_without_any_computed_fall: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""
@@ -210,7 +210,7 @@ def _fall_direction_findings_in_3d(
         observed_falls_by_octant=dict(zip(OCTANTS, observed, strict=True)),
         predicted_falls_by_octant=dict(zip(OCTANTS, predicted, strict=True)),
         log_likelihood_ratio=compared.log_likelihood_ratio,
-        log_likelihood_ratio_p_value=compared.likelihood_ratio_p,
+        likelihood_ratio_p_value_if_directions_random=compared.likelihood_ratio_p,
         known_direction_falls_without_any_computed_fall=compared.known_direction_falls_without_any_computed_fall,
         known_direction_falls_without_prediction=compared.known_direction_falls_without_computed_outcome,
         falls_with_predicted_direction=compared.fallen_in_known_direction

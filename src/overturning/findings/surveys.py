@@ -81,7 +81,7 @@ class SurveySitePredictionFindings(FindingBaseClass):
     """Share computed for the stones of the site under the record of the survey."""
     log_likelihood_ratio: OptionalNumber
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than random directions."""
-    log_likelihood_ratio_p_value: OptionalNumber
+    likelihood_ratio_p_value_if_directions_random: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
 
 
@@ -136,7 +136,7 @@ class SurveyPredictionFindings(FindingBaseClass):
     """Predicted number of fallen stones in each octant."""
     log_likelihood_ratio: OptionalNumber
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
-    log_likelihood_ratio_p_value: OptionalNumber
+    likelihood_ratio_p_value_if_directions_random: OptionalNumber
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
     goodness_of_fit_tests: list[StatisticalTestFinding]
     """Tests of the agreement of observed and predicted directions."""
@@ -239,7 +239,7 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
         observed_falls_by_octant=stone_counts_by_octant(found.observed_count_by_octant.round(2).tolist()),
         predicted_falls_by_octant=stone_counts_by_octant(found.predicted_count_by_octant.tolist()),
         log_likelihood_ratio=found.log_likelihood_ratio,
-        log_likelihood_ratio_p_value=found.likelihood_ratio_p,
+        likelihood_ratio_p_value_if_directions_random=found.likelihood_ratio_p,
         goodness_of_fit_tests=[
             statistical_test_finding(name)
             for name in ("octant_chi_square_test", "octant_watson_u2_test", "exact_azimuth_watson_u2_test")
@@ -315,5 +315,5 @@ def _site_prediction_findings(site_name: str, comparison: SurveyPredictionCompar
             high=comparison.highest_computed_fall_share,
         ),
         log_likelihood_ratio=comparison.log_likelihood_ratio,
-        log_likelihood_ratio_p_value=comparison.likelihood_ratio_p,
+        likelihood_ratio_p_value_if_directions_random=comparison.likelihood_ratio_p,
     )

@@ -84,7 +84,7 @@ class Cases:
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
         check_stone_heights_within_allowed_range(self.height)
-        check_direction_magnitudes("azimuth_deg", np.asarray(self.azimuth_deg))
+        check_directions_within_allowed_range("azimuth_deg", np.asarray(self.azimuth_deg))
         check_case_count(self.case_count)
         tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
         if (tilt >= np.asarray(self.b_over_h)).any():
@@ -96,7 +96,7 @@ class Cases:
         return int(np.asarray(self.azimuth_deg).size)
 
 
-def check_direction_magnitudes(argument_name: str, direction_deg: FloatArray) -> None:
+def check_directions_within_allowed_range(argument_name: str, direction_deg: FloatArray) -> None:
     """Raise an `ArgumentError` that names an argument if an azimuth or orientation in it is too large to be exact."""
     if (far := direction_deg[np.abs(direction_deg) > MAX_DIRECTION_DEG]).size:
         raise ArgumentError(f"{argument_name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")

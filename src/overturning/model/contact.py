@@ -114,7 +114,7 @@ class Contact(ContactSettings):
             )
         return self
 
-    def normal_shear_stiffness_and_damping_per_mass(
+    def corner_stiffness_and_damping_per_mass(
         self, width: ArrayLike, height: ArrayLike, density: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return normal and tangential stiffness (1/s²) and dashpot (1/s) at each corner, over the block's mass.
@@ -180,7 +180,7 @@ class VertexContact(StrictModel):
     stiffness_ratio: float = Field(default=1.0, ge=0)
     damping_ratio: float = Field(default=DEFAULT_CONTACT_DAMPING_RATIO, ge=0, le=MAX_CONTACT_DAMPING_RATIO)
 
-    def normal_shear_stiffness_and_damping_per_mass(self, body: RigidSolid) -> tuple[float, float, float]:
+    def corner_stiffness_and_damping_per_mass(self, body: RigidSolid) -> tuple[float, float, float]:
         """Return normal and shear stiffness of a vertex per body mass, 1/s², and its dashpot per body mass, 1/s."""
         points = body.assumed_weight_sharing_point_count
         normal = STANDARD_GRAVITY / (

@@ -11,7 +11,7 @@ from overturning.errors import ArgumentError
 from overturning.model.contact import Contact
 from overturning.model.pieces import outline_of_joined_pieces
 from overturning.model.polygon import Polygon, make_polygon, rectangle_vertices
-from overturning.units import GRANITE_DENSITY
+from overturning.units import DEFAULT_STONE_DENSITY_KG_M3
 from overturning.validation import StrictModel
 
 LowercaseHyphenName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
@@ -35,7 +35,7 @@ def plan_area_of_circle_or_regular_polygon(plan: PlanShape, inscribed_circle_dia
 class Material(StrictModel):
     """Material of the elements (polygons) of a scene file."""
 
-    density: PositiveNumber = Field(default=GRANITE_DENSITY, description="density, kg/m³")
+    density: PositiveNumber = Field(default=DEFAULT_STONE_DENSITY_KG_M3, description="density, kg/m³")
 
 
 class ContactLaw(Contact):

@@ -84,7 +84,7 @@ class PlacedElement:
         )
 
     @property
-    def is_driven_or_held(self) -> bool:
+    def has_prescribed_motion(self) -> bool:
         """True if forces do not move the element: it is driven by the base motion or held fixed."""
         return self.element.kind != "free"
 
@@ -303,7 +303,7 @@ def possible_contact_points_of_elements(
 def _index_pairs_and_gaps_of_movable_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
     """Yield both indices and the gap (m) of each pair of scene elements of which at least one can move."""
     for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
-        if not (a.is_driven_or_held and b.is_driven_or_held):
+        if not (a.has_prescribed_motion and b.has_prescribed_motion):
             gaps = (
                 max(
                     nearest_vertex_distance_from_each_face(p, q).max(),
@@ -323,7 +323,7 @@ def convex_piece_pairs_with_movable_element(placed_elements: list[PlacedElement]
     return [
         ConvexPiecePairIndices(i, j, m, n)
         for (j, b), (i, a) in combinations(enumerate(placed_elements), 2)
-        if not (a.is_driven_or_held and b.is_driven_or_held)
+        if not (a.has_prescribed_motion and b.has_prescribed_motion)
         for m, n in product(
             range(len(placed_elements[i].shape.convex_parts)), range(len(placed_elements[j].shape.convex_parts))
         )
@@ -385,7 +385,7 @@ def first_overlap_or_support_error_message(placed_elements: list[PlacedElement])
                 f"stands_on: {b.element.name}"
             )
     pairs = convex_piece_pairs_with_movable_element(placed_elements)
-    carried = {i for i, item in enumerate(placed_elements) if item.is_driven_or_held}
+    carried = {i for i, item in enumerate(placed_elements) if item.has_prescribed_motion}
     ends = touching_contact_points(placed_elements, pairs)
     while more := {
         up

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray, check_has_no_masked_values, convert_argument_to_float_array
 from overturning.errors import ArgumentError
-from overturning.model.cases import Cases, check_case_count, check_direction_magnitudes
+from overturning.model.cases import Cases, check_case_count, check_directions_within_allowed_range
 from overturning.model.variables import OutcomeVariable
 
 CF_ATTRIBUTES_BY_DIMENSION: Final[dict[str, dict[str, Any]]] = {
@@ -76,7 +76,7 @@ class CaseGrid:
         for name, values in dimension_values.items():
             row = checked_finite_values(name, values)
             if name.endswith("_deg"):
-                check_direction_magnitudes(name, row)
+                check_directions_within_allowed_range(name, row)
             checked[name.removesuffix("_deg")] = row
         check_case_count(int(np.prod([float(row.size) for row in checked.values()])))
         return cls(checked, free_element_names_if_several)

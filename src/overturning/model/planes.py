@@ -136,7 +136,7 @@ def plane_weights_by_azimuth_spacing(
     return (gap + np.roll(gap, 1)) / (2.0 * represented)
 
 
-MAX_RESULTANT_OF_UNIFORM_PLANES: Final = 0.05
+MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS: Final = 0.05
 """Largest mean resultant length of doubled plane azimuths with which planes count as spread over the half circle."""
 
 
@@ -149,8 +149,8 @@ def plane_azimuths_alone_impose_fall_axis(plane_azimuth_deg: ArrayLike) -> bool:
 
     This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
     alike, each with its weight (`plane_weights_by_azimuth_spacing`), have doubled axes with a resultant above
-    `MAX_RESULTANT_OF_UNIFORM_PLANES`. A missing plane of a fine grid is too little for this. The azimuths φ and φ +
-    180° are one plane, also for scenes without mirror symmetry: they have one axis.
+    `MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS`. A missing plane of a fine grid is too little for this. The
+    azimuths φ and φ + 180° are one plane, also for scenes without mirror symmetry: they have one axis.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def plane_azimuths_alone_impose_fall_axis(plane_azimuth_deg: ArrayLike) -> bool:
     doubled = np.radians(2.0 * plane)
     share = plane_weights_by_azimuth_spacing(plane)
     resultant = float(np.hypot(share @ np.cos(doubled), share @ np.sin(doubled)))
-    return resultant > MAX_RESULTANT_OF_UNIFORM_PLANES
+    return resultant > MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS
 
 
 def azimuths_in_results_bias_mean_fall_axis(cube: "xr.Dataset") -> bool:

@@ -35,7 +35,7 @@ FOOTPRINT_TOLERANCE_TO_BODY_SIZE_RATIO: Final = 1e-3
 HULL_TOLERANCE_TO_BODY_SIZE_RATIO: Final = 0.002
 """Distance by which the hull above the footprint is simplified, as a share of the size; doubled for too many points."""
 
-MIN_RESTING_TILT_OF_FALLEN_STONE_RAD: Final = np.radians(10.0)
+MIN_RESTING_TILT_COUNTED_AS_FALLEN_RAD: Final = np.radians(10.0)
 """Tilt below which a scanned stone that rests on another part of its base has not fallen, rad."""
 
 MAX_HULL_VOLUME_EXCESS_RATIO_OF_CONVEX_BODY: Final = 1e-3
@@ -151,7 +151,7 @@ class ScannedStone(Shape):
             points = simplified_convex_hull_vertices(self.possible_ground_contact_points, tolerance, base)
             hull = hull_with_origin_at_centre_of_mass(points, scipy.spatial.ConvexHull(points), properties)
             try:
-                return solid_from_hull(hull, MIN_RESTING_TILT_OF_FALLEN_STONE_RAD)
+                return solid_from_hull(hull, MIN_RESTING_TILT_COUNTED_AS_FALLEN_RAD)
             except TooManyContactVerticesError:
                 if tolerance > 0.1 * size:
                     raise

@@ -18,7 +18,7 @@ from overturning.model.geometry import (
     MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO,
     check_elements_have_support_without_overlap,
 )
-from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
+from overturning.units import DEFAULT_STONE_DENSITY_KG_M3, STANDARD_GRAVITY
 from overturning.validation import StrictModel, describe_invalid_keys, make_constructor_raise_argument_errors
 
 MAX_SCENE_ELEMENTS: Final = 64
@@ -154,7 +154,7 @@ class Scene(StrictModel):
         return next(laws, ContactLaw(between=(material, other_material)))
 
 
-def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY) -> Scene:
+def gravestone(contact: Contact | None = None, density: float = DEFAULT_STONE_DENSITY_KG_M3) -> Scene:
     """Return the default scene: one rectangular stone, 0.24 m × 0.6 m, on a wide driven ground.
 
     Parameters

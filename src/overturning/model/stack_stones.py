@@ -38,7 +38,9 @@ class StackStone:
     depth_along_y: float  # m
     fall_threshold_drop: float  # drop of the centre of mass at which the stone counts as fallen, m
     base_joint_friction: float | None  # coefficient of friction of the joint below; None for the value of each case
-    base_joint_stiffness_ratio: float | None  # K_s/K_n of the joint below; None for that of the model
+    tangential_to_normal_stiffness_of_joint_below: (
+        float | None
+    )  # K_s/K_n of the joint below; None for that of the model
     base_joint_damping_ratio: float | None  # damping ratio of the joint below; None for that of the model
     rotational_symmetry_order: (
         int  # number of equal parts of a turn about the vertical after which the stone looks the same; 0: circle
@@ -168,7 +170,7 @@ def stack_stone_of_element(
         outline_xz_from_centre_of_mass=outline,
         depth_along_y=depth_across_plane, fall_threshold_drop=placed_element.fall_threshold_drop,
         base_joint_friction=contact_law_of_joint_below.friction,
-        base_joint_stiffness_ratio=stiffness_ratio,
+        tangential_to_normal_stiffness_of_joint_below=stiffness_ratio,
         base_joint_damping_ratio=contact_law_of_joint_below.damping_ratio,
     )  # fmt: skip
 

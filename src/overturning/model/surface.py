@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError
 MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO: Final = 0.01
 """Largest distance of the rim of an open base from its plane, as a share of the body's size."""
 
-MIN_COSINE_OF_BASE_LID_INCLINATION: Final = np.cos(np.radians(45.0))
+MIN_COSINE_OF_OPEN_BASE_INCLINATION: Final = np.cos(np.radians(45.0))
 """Least cosine of the angle between the plane of an open base and the horizontal."""
 
 MAX_OPEN_EDGES_IN_MESSAGE: Final = 3
@@ -250,7 +250,7 @@ def _close_base_with_triangle_fan(
     length = float(np.sqrt(area @ area))
     normal = area / length if length > 0.0 else np.zeros(3)
     deviation = float(np.abs((rim - centre) @ normal).max()) if length > 0.0 else np.inf
-    below = np.abs(normal[2]) >= MIN_COSINE_OF_BASE_LID_INCLINATION and _plane_is_below_points(
+    below = np.abs(normal[2]) >= MIN_COSINE_OF_OPEN_BASE_INCLINATION and _plane_is_below_points(
         points, centre, normal, MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO * size
     )
     # An edge twice without its reverse belongs to a face of the wrong sense.

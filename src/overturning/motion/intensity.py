@@ -83,7 +83,7 @@ def intensity_dataset_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -
     return create_xarray_dataset(variables, {"azimuth": coordinate}, {})
 
 
-def jma_intensity_and_peaks_before_after_processing(
+def jma_intensity_and_raw_and_processed_peaks(
     motion: Accelerogram, processing_steps_of_record: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
     """Return JMA intensities of a record, with and without the vertical, and its peaks before and after processing.
@@ -118,7 +118,7 @@ def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
     """
     cosines = north_east_cosines_of_azimuths(azimuth_deg)
     squares = np.array(
-        [np.trapezoid(p, dx=motion.sampling_interval) for p in _squares_and_product_of_horizontal_components(motion)]
+        [np.trapezoid(p, dx=motion.sampling_interval) for p in _products_nn_ne_ee_of_horizontal_components(motion)]
     )
     # Perpendicular to a linear motion, rounding may give a tiny negative sum.
     return (
@@ -143,7 +143,7 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     motion.
     """
     cosines = north_east_cosines_of_azimuths(azimuth_deg)
-    summed = integrate(_squares_and_product_of_horizontal_components(motion), motion.sampling_interval)
+    summed = integrate(_products_nn_ne_ee_of_horizontal_components(motion), motion.sampling_interval)
     time = np.arange(motion.sample_count) * motion.sampling_interval
     measure = np.zeros(cosines.shape[0])
     for row, form in enumerate(_component_product_factors_by_azimuth(cosines)):
@@ -156,7 +156,7 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     return measure
 
 
-def _squares_and_product_of_horizontal_components(motion: Accelerogram) -> FloatArray:
+def _products_nn_ne_ee_of_horizontal_components(motion: Accelerogram) -> FloatArray:
     """Return the products n², n e and e² of the north (n) and east (e) accelerations, m²/s⁴, (3, samples)."""
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 

@@ -15,7 +15,7 @@ JMA_LEVEL_DURATION_S = 0.3
 """Total time during which the filtered acceleration reaches the level a₀, s."""
 
 
-JMA_INTENSITY_INCREMENT_BY_VERTICAL_MOTION: Final = 0.1
+ASSUMED_JMA_INTENSITY_ADDED_BY_VERTICAL_MOTION: Final = 0.1
 """Increase of the horizontal intensity by a vertical motion of half the amplitude: log₁₀ 1.25 = 0.1."""
 
 JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
@@ -26,7 +26,7 @@ the 2019 Yamagata-oki earthquake, according to the press of 26 July 2019.
 """
 
 
-def truncate_to_published_intensity(instrumental_intensity: ArrayLike) -> FloatArray:
+def round_and_truncate_to_published_intensity(instrumental_intensity: ArrayLike) -> FloatArray:
     """Return the intensity as JMA publishes it: rounded to two decimals, then the second decimal is dropped.
 
     The degree of the JMA scale follows from the published value: 6.46 becomes 6.4 (6 upper), 6.496 becomes 6.5 (7).
@@ -40,9 +40,9 @@ def is_published_intensity_in_range(
     """Return True for each motion whose published JMA intensity is at least a lower and below an upper limit.
 
     Such a range is a degree of the JMA scale. `instrumental_intensity` is unrounded; it is rounded by
-    `truncate_to_published_intensity`.
+    `round_and_truncate_to_published_intensity`.
     """
-    published = truncate_to_published_intensity(instrumental_intensity)
+    published = round_and_truncate_to_published_intensity(instrumental_intensity)
     return np.asarray((published >= inclusive_lower_limit) & (published < exclusive_upper_limit))
 
 

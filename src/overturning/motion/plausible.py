@@ -36,7 +36,7 @@ MAX_DIFFERENCE_TO_PEAK_RATIO_OF_EQUAL_AXES: Final = 1e-3
 MIN_EQUAL_SAMPLES_IN_PAUSE: Final = 100
 """Smallest number of consecutive equal samples that indicates a pause of an axis: 0.5 to 1 s for most sensors."""
 
-MIN_SHARE_OF_OWN_PEAK_OF_MOVING_AXIS: Final = 0.2
+MIN_SHARE_OF_PEAK_TO_JUDGE_OTHER_AXIS_DEAD: Final = 0.2
 """Smallest share of its peak that an axis must reach for another axis that stands still then to count as dead."""
 
 MIN_CONSECUTIVE_CLIPPED_SAMPLES: Final = 3
@@ -196,8 +196,8 @@ def longest_pause_indices_while_other_axis_moves(
     """Return first and last index of a component's longest run of equal samples while another moves; else None.
 
     None if there is no run of `MIN_EQUAL_SAMPLES_IN_PAUSE` equal samples, if no other axis then reaches
-    `MIN_SHARE_OF_OWN_PEAK_OF_MOVING_AXIS` of its peak, or if the axis is too coarse to show such a share of its own
-    peak.
+    `MIN_SHARE_OF_PEAK_TO_JUDGE_OTHER_AXIS_DEAD` of its peak, or if the axis is too coarse to show such a share of its
+    own peak.
     """
     ends = np.concatenate([[-1], np.flatnonzero(np.diff(acceleration_samples)), [acceleration_samples.size - 1]])
     longest = int(np.diff(ends).argmax())
@@ -210,7 +210,7 @@ def longest_pause_indices_while_other_axis_moves(
     for other in (one for one in acceleration_samples_of_other_axes if one.size == acceleration_samples.size):
         moving = np.abs(other - np.median(other))
         share = float(moving[first : last + 1].max()) / max(float(moving.max()), 1e-300)
-        if share > MIN_SHARE_OF_OWN_PEAK_OF_MOVING_AXIS and share * peak > 10.0 * _estimate_sample_resolution(
+        if share > MIN_SHARE_OF_PEAK_TO_JUDGE_OTHER_AXIS_DEAD and share * peak > 10.0 * _estimate_sample_resolution(
             acceleration_samples, peak
         ):
             return first, last

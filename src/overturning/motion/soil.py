@@ -152,7 +152,7 @@ def propagate_through_soil(
             found.surface_acceleration, min_tail_and_left_out_end_sample_count
         )
         if remaining <= MAX_WRAP_AROUND_TO_PEAK_RATIO:
-            count = _sample_count_until_vibration_decays(
+            count = _surface_sample_count_to_keep(
                 found.surface_acceleration, acceleration.size, min_tail_and_left_out_end_sample_count
             )
             return replace(found, surface_acceleration=found.surface_acceleration[:count])
@@ -188,7 +188,7 @@ def _residual_vibration_to_peak_ratio(
     )
 
 
-def _sample_count_until_vibration_decays(
+def _surface_sample_count_to_keep(
     surface_acceleration: FloatArray, record_sample_count: int, min_tail_and_left_out_end_sample_count: int
 ) -> int:
     """Return the number of surface samples to keep: the record, and its zero padding until the vibration has decayed.

@@ -153,7 +153,7 @@ def _relative_header_peak_difference_by_axis(
                     component, refusals_out.refuse_or_store_contradiction
                 )
             ) is not None:
-                differences[component.axis_name] = round(difference, 6)
+                differences[component.axis_name_in_file] = round(difference, 6)
     return differences
 
 
@@ -163,9 +163,10 @@ def _declared_azimuth_mismatch_notes(
 ) -> list[str]:
     """Return a note for each axis whose azimuth, as given by the user, differs from the azimuth in its file."""
     return [
-        f"axis {c.axis_name!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
-        for c, was in zip(components_after_azimuth_declarations, components_with_azimuths_from_files, strict=False)
-        if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
+        f"axis {c.axis_name_in_file!r} is taken at {c.azimuth_deg:g}°, as declared; "
+        f"its file says {by_file.azimuth_deg:g}°"
+        for c, by_file in zip(components_after_azimuth_declarations, components_with_azimuths_from_files, strict=False)
+        if by_file.azimuth_deg is not None and (by_file.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
     ]
 
 
@@ -211,7 +212,7 @@ def _extra_record_metadata(
         "processed": first.is_already_corrected,
     }
     extra |= agency_processing_metadata(components_in_common_window)
-    extra |= {"axes": [c.axis_name for c in components_in_common_window]} | (
+    extra |= {"axes": [c.axis_name_in_file for c in components_in_common_window]} | (
         {"origin_time": format_iso_utc_time(first.origin_time_utc)} if first.origin_time_utc else {}
     )
     extra |= (
@@ -231,7 +232,9 @@ def _extra_record_metadata(
     # The azimuths are declared in the order of the files, so the text says which axis has which azimuth.
     stated = [] if user_declared_properties.azimuths_deg is None else components_in_common_window
     azimuths = [
-        f"axis {c.axis_name!r} of {c.file_name} at {c.azimuth_deg:g}°" for c in stated if c.azimuth_deg is not None
+        f"axis {c.axis_name_in_file!r} of {c.file_name} at {c.azimuth_deg:g}°"
+        for c in stated
+        if c.azimuth_deg is not None
     ]
     extra["declared"] = [
         *extra.get("declared", ()),
@@ -261,7 +264,7 @@ def _note_on_ignored_user_properties(
     interval = component.sampling_interval
     if abs((user_declared_properties.sampling_interval_s or interval) - interval) > 1e-3 * interval:
         said.append(f"{user_declared_properties.sampling_interval_s:g} s")
-    what = f"what is declared of axis {component.axis_name!r} ({', '.join(said)})"
+    what = f"what is declared of axis {component.axis_name_in_file!r} ({', '.join(said)})"
     return f"{what} is not taken: {component.file_name} states its own" if said else ""
 
 
@@ -294,7 +297,7 @@ def _order_components_set_azimuths_and_check(
     vertical = [c for c in components if c.vertical_sense]
     horizontal = [c for c in components if not c.vertical_sense]
     if len(horizontal) != 2 or len(vertical) > 1:
-        axes = ", ".join(c.axis_name for c in components) or "none"
+        axes = ", ".join(c.axis_name_in_file for c in components) or "none"
         raise RecordError(
             f"{file_name_for_errors}: components {axes}; a record has two horizontal components and at most one "
             "vertical one: give the files of one sensor together"
@@ -311,7 +314,7 @@ def _order_components_set_azimuths_and_check(
     known = [c.azimuth_deg for c in horizontal if c.azimuth_deg is not None]
     if len(known) < 2:
         files = " ".join(dict.fromkeys(c.file_name for c in horizontal if c.azimuth_deg is None))
-        axes = ", ".join(repr(c.axis_name) for c in horizontal if c.azimuth_deg is None)
+        axes = ", ".join(repr(c.axis_name_in_file) for c in horizontal if c.azimuth_deg is None)
         raise RecordError(
             f"{files}: axis {axes} says nothing about north; give the azimuths of the two axes (azimuths_deg in the "
             "record table, --azimuths here)"
@@ -336,18 +339,21 @@ def _set_unknown_vertical_sense_or_omit_with_notes(
         ):  # Left out as declared, although its sense is known.
             continue
         unknown = component.azimuth_deg is None and not component.vertical_sense
-        if not (unknown and (component is third or is_vertical_axis_name_without_up_or_down(component.axis_name))):
+        if not (
+            unknown and (component is third or is_vertical_axis_name_without_up_or_down(component.axis_name_in_file))
+        ):
             kept.append(component)
             if vertical * component.vertical_sense < 0:
                 notes.append(
-                    f"axis {component.axis_name!r} is not taken {declared_vertical_sense}, as declared: "
+                    f"axis {component.axis_name_in_file!r} is not taken {declared_vertical_sense}, as declared: "
                     "its file says the opposite"
                 )
         elif vertical:
             kept.append(replace(component, vertical_sense=vertical))
         elif declared_vertical_sense is None:
             notes.append(
-                f"vertical axis {component.axis_name!r} left out: {component.file_name} does not say whether up or "
+                f"vertical axis {component.axis_name_in_file!r} left out: {component.file_name} does not say whether "
+                f"up or "
                 "down; to use it declare vertical_sense up or down (in the record table; --vertical-sense on the "
                 "command line)"
             )

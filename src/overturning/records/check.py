@@ -245,7 +245,7 @@ def _format_component_summary(component: RecordComponent) -> str:
     size = (
         f"{component.acceleration.size} samples, peak {peak_acceleration_comparable_to_header(component) * 100:.4g} Gal"
     )
-    text = f"{component.axis_name}{where}: {direction}, {size}"
+    text = f"{component.axis_name_in_file}{where}: {direction}, {size}"
     peak = component.header_peak
     if peak is None:
         return text + ", header states none"

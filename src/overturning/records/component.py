@@ -33,7 +33,7 @@ _DIRECTION_BY_AXIS_NAME = {
 }
 
 
-def parse_axis_direction(axis_name: str) -> AzimuthAndVerticalSense:
+def parse_axis_direction(axis_name_in_file: str) -> AzimuthAndVerticalSense:
     """Return the azimuth, degrees, and the vertical sense of an axis from its name, such as ``N28W`` or ``Up``.
 
     The azimuth is at least 0 and less than 360°. Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``,
@@ -41,7 +41,7 @@ def parse_axis_direction(axis_name: str) -> AzimuthAndVerticalSense:
     the number is that of the sensor). None and 0 for names without a direction: ``H1``, ``RAD``, ``--L``, and ``VERT``,
     whose sense is unknown.
     """
-    word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", axis_name.strip().upper()).strip()
+    word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", axis_name_in_file.strip().upper()).strip()
     word = re.sub(r"^(N-?S|E-?W|U-?D)[12]$", r"\1", word)
     if word in _DIRECTION_BY_AXIS_NAME:
         return _DIRECTION_BY_AXIS_NAME[word]
@@ -56,9 +56,9 @@ def parse_axis_direction(axis_name: str) -> AzimuthAndVerticalSense:
     return UNKNOWN_DIRECTION
 
 
-def is_vertical_axis_name_without_up_or_down(axis_name: str) -> bool:
+def is_vertical_axis_name_without_up_or_down(axis_name_in_file: str) -> bool:
     """Return True for an axis name that means vertical without a sense (up or down), such as ``V`` or ``Vert``."""
-    word = axis_name.strip().upper().rpartition(":")[2].strip().rstrip(".")
+    word = axis_name_in_file.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
@@ -74,7 +74,7 @@ def find_vertical_by_elimination(components: "Sequence[RecordComponent]") -> "Re
     first, second, *_ = [c.azimuth_deg for c in components if c.azimuth_deg is not None] + [0.0, 0.0]
     if len(unknown) == 1:
         return unknown[0] if abs(math.sin(math.radians(second - first))) >= MIN_SINE_BETWEEN_HORIZONTAL_AXES else None
-    by_name = {c.axis_name.strip().upper(): c for c in unknown}
+    by_name = {c.axis_name_in_file.strip().upper(): c for c in unknown}
     third = next((name for name in by_name if name.endswith("3")), "")
     return by_name[third] if set(by_name) == {third[:-1] + number for number in "123"} else None
 
@@ -169,17 +169,19 @@ VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE: Final[dict[int, AzimuthAndVerticalSense
 
 
 def checked_axis_direction_from_name_or_code(
-    axis_name: str, header_code_direction: AzimuthAndVerticalSense, create_axis_line_error: Callable[[str], RecordError]
+    axis_name_in_file: str,
+    header_code_direction: AzimuthAndVerticalSense,
+    create_axis_line_error: Callable[[str], RecordError],
 ) -> AzimuthAndVerticalSense:
     """Return the direction in an axis name, else that in the header's code; an error if they differ by over 1°."""
-    named = parse_axis_direction(axis_name)
+    named = parse_axis_direction(axis_name_in_file)
     if UNKNOWN_DIRECTION in (named, header_code_direction):
         return header_code_direction if named == UNKNOWN_DIRECTION else named
     coded, coded_sense = header_code_direction
     apart = 0.0 if named[0] is None or coded is None else angle_between_azimuths(named[0], coded)
     if named[1] != coded_sense or apart > 1.0:
         code = {1: "up", -1: "down"}[coded_sense] if coded is None else f"{coded:g} degrees"
-        why = f"axis {axis_name.strip()!r}, but the numbers below it say {code}; components may be swapped"
+        why = f"axis {axis_name_in_file.strip()!r}, but the numbers below it say {code}; components may be swapped"
         raise create_axis_line_error(f"{why}: find out which, and correct the file")
     return named
 
@@ -203,7 +205,9 @@ MAX_SURFACE_SENSOR_DEPTH_M = 3.0
 """Largest depth of a surface sensor, m: vaults, piers and posts in the soil."""
 
 
-def classify_as_surface_or_borehole(sensor_depth_m: float | None = None, location_text: str = "") -> SensorPosition:
+def classify_as_borehole_or_else_surface(
+    sensor_depth_m: float | None = None, location_text: str = ""
+) -> SensorPosition:
     """Return "borehole" for a sensor deeper than 3 m, or called so in the text on its location; else "surface"."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
@@ -267,7 +271,7 @@ class RecordComponent:
 
     acceleration: FloatArray  # samples, m/s², positive along the axis, shape (n,)
     sampling_interval: float  # s
-    axis_name: str  # as the file writes it (``N28W``, ``NS2``, ``--L``)
+    axis_name_in_file: str  # as the file writes it (``N28W``, ``NS2``, ``--L``)
     azimuth_deg: float | None  # of the axis, degrees clockwise from north; None for a vertical or an unknown axis
     vertical_sense: int  # +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis
     file_name: str  # name of the file, without its folder
@@ -293,7 +297,8 @@ class RecordComponent:
 
     @classmethod
     def from_file(
-        cls, source_file: SourceFile, axis_name: str, direction: AzimuthAndVerticalSense, acceleration: FloatArray,
+        cls, source_file: SourceFile, axis_name_in_file: str, direction: AzimuthAndVerticalSense,
+        acceleration: FloatArray,
         sampling_interval: float, *, station_latitude_longitude_deg: tuple[float | None, float | None] = (None, None),
         **other_fields: Any,
     ) -> "RecordComponent":  # fmt: skip
@@ -312,16 +317,22 @@ class RecordComponent:
             )  # fmt: skip
         other_fields |= {"station_latitude_deg": latitude, "station_longitude_deg": longitude}
         return cls(
-            acceleration, sampling_interval, axis_name, *direction, source_file.name, source_file.sha256, **other_fields
+            acceleration,
+            sampling_interval,
+            axis_name_in_file,
+            *direction,
+            source_file.name,
+            source_file.sha256,
+            **other_fields,
         )
 
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.acceleration))
         if bad.size:
-            what = f"sample {int(bad[0])} of {self.axis_name} is not a number"
+            what = f"sample {int(bad[0])} of {self.axis_name_in_file} is not a number"
             raise RecordError(f"{self.file_name}: {what}; repair the file or leave it out")
         if self.acceleration.size < 2:
-            count = f"{self.acceleration.size} samples along {self.axis_name}"
+            count = f"{self.acceleration.size} samples along {self.axis_name_in_file}"
             raise RecordError(f"{self.file_name}: {count}; a record needs at least 2")
         if not (np.isfinite(self.sampling_interval) and 1e-5 <= self.sampling_interval <= 1.0):
             what = f"sampling interval {self.sampling_interval:g} s; 0.00001 to 1 s is what accelerographs have"
@@ -358,14 +369,14 @@ def checked_relative_header_peak_difference(
     if difference <= tolerance < level - on_side:
         report_contradiction_and_remedy(
             f"{component.file_name}{line}: the header states a peak of {stated.sign * level * 100:.6g} Gal along "
-            f"{component.axis_name}, the data has {-stated.sign * peak * 100:.6g} Gal",
+            f"{component.axis_name_in_file}, the data has {-stated.sign * peak * 100:.6g} Gal",
             "the sign of its samples is reversed: get the file again, or say --trust-data",
         )
         return None
     if difference > tolerance:
         report_contradiction_and_remedy(
             f"{component.file_name}{line}: the header states a peak of {level * 100:.6g} Gal "
-            f"along {component.axis_name}, the data has {peak * 100:.6g} Gal (0.5 % allowed)",
+            f"along {component.axis_name_in_file}, the data has {peak * 100:.6g} Gal (0.5 % allowed)",
             "the file is cut or its units are not what they seem: get it again, or say --trust-data",
         )
         return None
@@ -388,7 +399,7 @@ def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[
 
 def agency_processing_metadata(components: Sequence[RecordComponent]) -> dict[str, str]:
     """Return the agency's processing of the axes as metadata (`Record.extra`): one text if it is equal for all axes."""
-    done = {c.axis_name: str(c.extra_metadata.get("agency_processing", "")) for c in components}
+    done = {c.axis_name_in_file: str(c.extra_metadata.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}
     alike = len(set(done.values())) == 1
@@ -398,6 +409,6 @@ def agency_processing_metadata(components: Sequence[RecordComponent]) -> dict[st
 
 def seed_band_and_instrument_code(component: RecordComponent) -> str:
     """Return band and instrument letters of a component's SEED channel code, such as ``HN``; "" for other names."""
-    name = component.axis_name
+    name = component.axis_name_in_file
     coded = component.format_name in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", name)
     return name[:2] if coded else ""

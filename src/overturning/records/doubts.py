@@ -56,21 +56,24 @@ def sample_quality_notes(
         and are_axes_equal_up_to_offset_and_sign(first.acceleration, second.acceleration)
     ):
         notes.append(
-            f"{first.file_name}: axes {first.axis_name!r} and {second.axis_name!r} {SAME_SAMPLES_NOTE_PHRASE}, so that "
+            f"{first.file_name}: axes {first.axis_name_in_file!r} and {second.axis_name_in_file!r} "
+            f"{SAME_SAMPLES_NOTE_PHRASE}, so that "
             "the ground moves along one line: is one a copy of the other?"
         )
     for component in components:
         count, rail = clipped_sample_count_and_level(component.acceleration)
         if count:
             notes.append(
-                f"{component.file_name}: axis {component.axis_name!r} {CLIPPED_NOTE_PHRASE}: {count} samples stand at "
+                f"{component.file_name}: axis {component.axis_name_in_file!r} {CLIPPED_NOTE_PHRASE}: {count} samples "
+                f"stand at "
                 f"its rail, {100 * rail:.4g} Gal; the ground moved more than that"
             )
         others = [other.acceleration for other in components if other is not component]
         if pause := longest_pause_indices_while_other_axis_moves(component.acceleration, others):
             begin, end = (index * component.sampling_interval for index in pause)
             notes.append(
-                f"{component.file_name}: axis {component.axis_name!r} {STANDSTILL_NOTE_PHRASE} from {begin:.4g} to "
+                f"{component.file_name}: axis {component.axis_name_in_file!r} {STANDSTILL_NOTE_PHRASE} from "
+                f"{begin:.4g} to "
                 f"{end:.4g} s while the ground moves along another: it is dead there"
             )
     return notes
@@ -90,7 +93,7 @@ def report_dead_horizontal_axis(
     """
     if len(components) < 2 or any(c.vertical_sense for c in components[:2]):
         return
-    names = [f"axis {component.axis_name!r}" for component in components]
+    names = [f"axis {component.axis_name_in_file!r}" for component in components]
     reason = dead_horizontal_axis_reason([component.acceleration for component in components], names)
     if reason:
         weak = min(components[:2], key=_peak_after_mean_removal)
@@ -104,7 +107,8 @@ def _implausibly_weak_vertical_axis_notes(components: Sequence[RecordComponent])
         return []
     dead = components[2]
     return [
-        f"{dead.file_name}: vertical axis {dead.axis_name!r} {DEAD_VERTICAL_NOTE_PHRASE} is {100 * peaks[2]:.3g} Gal, "
+        f"{dead.file_name}: vertical axis {dead.axis_name_in_file!r} {DEAD_VERTICAL_NOTE_PHRASE} is "
+        f"{100 * peaks[2]:.3g} Gal, "
         f"that of the horizontal axes {100 * max(peaks[:2]):.4g} Gal"
     ]
 

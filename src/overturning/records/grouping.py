@@ -30,7 +30,7 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
         return False
     if len({seed_band_and_instrument_code(first), seed_band_and_instrument_code(component)} - {""}) > 1:
         return False  # two bands of one sensor (BN, HN), or two sensors
-    if any(c.axis_name == component.axis_name for c in record_components):
+    if any(c.axis_name_in_file == component.axis_name_in_file for c in record_components):
         return False
     if first.file_name == component.file_name and first.sha256 == component.sha256:
         alike = first.sensor_position == component.sensor_position and first.station == component.station

@@ -16,7 +16,7 @@ MAX_SEARCHED_FILE_BYTES: Final = 10_000_000
 
 def is_vertical_component(component: RecordComponent) -> bool:
     """Return True if a component points up, down, or along a vertical axis of unknown sense."""
-    return bool(component.vertical_sense) or is_vertical_axis_name_without_up_or_down(component.axis_name)
+    return bool(component.vertical_sense) or is_vertical_axis_name_without_up_or_down(component.axis_name_in_file)
 
 
 def find_similarly_named_files(paths_of_one_record: Sequence[Path]) -> list[Path]:

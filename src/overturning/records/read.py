@@ -152,7 +152,7 @@ def _assemble_record_of_declared_sensor(
         if components and not chosen:
             other, first = components[0].sensor_position, components[0]
             raise RecordError(
-                f"{first.file_name}: axis {first.axis_name} is of the {other} sensor of "
+                f"{first.file_name}: axis {first.axis_name_in_file} is of the {other} sensor of "
                 f"{first.station or 'its station'}; declare it (sensor {other} in the "
                 f"record table, --sensor {other}, sensor={other!r} in Python), or give the files of the {sensor} sensor"
             )
@@ -162,7 +162,9 @@ def _assemble_record_of_declared_sensor(
     others = [c for c in components if c.sensor_position != sensor]
     if sum(not c.vertical_sense for c in others) >= 2:  # They are a complete record of another sensor.
         return record
-    left_out = [f"axis {c.axis_name!r} left out: {c.file_name} is of the {c.sensor_position} sensor" for c in others]
+    left_out = [
+        f"axis {c.axis_name_in_file!r} left out: {c.file_name} is of the {c.sensor_position} sensor" for c in others
+    ]
     return replace(record, extra=record.extra | {"notes": [*record.notes, *left_out]}) if left_out else record
 
 

@@ -102,7 +102,7 @@ def _common_sampling_interval(components: Sequence[RecordComponent]) -> float:
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
             raise RecordError(
-                f"{other.file_name}: sampling interval {other.sampling_interval:g} s along {other.axis_name}, "
+                f"{other.file_name}: sampling interval {other.sampling_interval:g} s along {other.axis_name_in_file}, "
                 f"{components[0].file_name} has {interval:g} s; components of one record must share it"
             )
     return interval
@@ -114,7 +114,9 @@ def _sample_counts_before_common_start(
     """Return each component's number of samples before the latest start of all; zeros if a start is unknown."""
     starts = [c.start_time_utc for c in components if c.start_time_utc is not None]
     if 0 < len(starts) < len(components):
-        undated = " and ".join(f"{c.axis_name} of {c.file_name}" for c in components if c.start_time_utc is None)
+        undated = " and ".join(
+            f"{c.axis_name_in_file} of {c.file_name}" for c in components if c.start_time_utc is None
+        )
         remedy = "give it the start that it has, or say --trust-data to take first samples as those of one time"
         refusals_out.refuse_or_store_contradiction(
             f"{undated} does not say when it begins, other components do", remedy
@@ -181,8 +183,9 @@ def _check_peak_in_common_window(
         if left < MIN_PEAK_IN_WINDOW_TO_WHOLE_PEAK_RATIO * peak:
             short, size = min(components_before_cut, key=lambda one: one.acceleration.size), component.acceleration.size
             why = (
-                f"{short.file_name}: {short.axis_name} breaks off after {short.acceleration.size} of {size} samples, "
-                f"before the largest motion along {component.axis_name} ({100 * left:.4g} Gal until then, "
+                f"{short.file_name}: {short.axis_name_in_file} breaks off after {short.acceleration.size} of {size} "
+                f"samples, "
+                f"before the largest motion along {component.axis_name_in_file} ({100 * left:.4g} Gal until then, "
                 f"{100 * peak:.4g} later)"
             )
             remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
@@ -196,7 +199,7 @@ def common_window_processing_entries(
     east_acceleration_in_common_window: FloatArray,
 ) -> tuple[dict[str, Any], ...]:
     """Return a tuple with the entry of `Record.processing` on the cut to the common window; () if nothing is cut."""
-    sizes = {c.axis_name: c.acceleration.size for c in components_before_cut}
+    sizes = {c.axis_name_in_file: c.acceleration.size for c in components_before_cut}
     kept, interval = components_in_common_window[0].acceleration.size, components_in_common_window[0].sampling_interval
     left_out = max(sizes.values()) - kept
     found = largest_pga_pgv_pgd_of_components(

@@ -21,7 +21,7 @@ from overturning.figures.maps import fall_map_figure
 from overturning.figures.observed_rose import ObservedFallRoseCounts, observed_fall_roses_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.record import second_title_line_with_scene_and_element
-from overturning.figures.scene import scenes_figure
+from overturning.figures.scene import draw_scenes_side_by_side
 from overturning.figures.site_map import figures_with_several_earthquake_maps, mappable_earthquakes
 from overturning.figures.study import all_records_figure_functions_by_name
 from overturning.figures.style import arrange_panels_for_phone, use_package_matplotlib_settings
@@ -36,7 +36,7 @@ from overturning.findings.results import StudyResults, open_study_results
 from overturning.findings.surveys import SurveyPredictionFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
-from overturning.study.cube import default_figure_values_by_dimension_name
+from overturning.study.cube import default_height_and_friction_of_figures
 from overturning.study.scenes import NOMINAL_VARIANT, variant_scene
 from overturning.surveys.population import jma_intensities_of_scaled_motions, motion_intensities_by_measure
 from overturning.surveys.posterior import SurveyInversionResult
@@ -99,7 +99,7 @@ FIGURES_DRAWN_WITH_REPORT: "Final[dict[str, Callable[[StudyResults, Findings], S
         [partial(_draw_polar_fall_maps, results, findings)] if findings.maps.records and results.model.is_planar else []
     ),
     "scene": lambda results, findings: (
-        [partial(scenes_figure, [variant_scene(results.study, name) for name in results.cubes_by_variant])]
+        [partial(draw_scenes_side_by_side, [variant_scene(results.study, name) for name in results.cubes_by_variant])]
         if findings.element_outcomes
         else []
     ),
@@ -176,7 +176,7 @@ def write_figures_drawn_with_report(results: StudyResults, findings: Findings, o
 
 def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
     """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
-    groups = results.fall_axes_by_record_group
+    groups = results.fall_axes_from_fault_normal_by_record_group
     draw = all_records_figure_functions_by_name(
         results.reference_element_cube, results.intensity_measures, results.logistic_fit, groups
     )
@@ -198,7 +198,7 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
         yield (
             f"polar/{record.record}",
             fall_map_figure(
-                one.sel(default_figure_values_by_dimension_name(one)),
+                one.sel(default_height_and_friction_of_figures(one)),
                 f"{title}{second_title_line_with_scene_and_element(one)}",
             ),
         )
@@ -239,7 +239,7 @@ def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
 
 def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, legend_names: tuple[str, str]) -> "Figure":
     """Draw the shares of cases that fall in the study and in a variant, and their difference, in total and by B/H."""
-    shapes = contrast.by_b_over_h if len(contrast.by_b_over_h) > 1 else []
+    shapes = contrast.overturned_shares_by_b_over_h if len(contrast.overturned_shares_by_b_over_h) > 1 else []
     rows = ["all cases", *(f"B/H {each.b_over_h:.3g}" for each in shapes)]
     here = [
         convert_to_plotted_estimate(contrast.share_overturned_in_study),
@@ -291,7 +291,7 @@ def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyPrediction
             SurveyFigureData(
                 name=f"{one.survey_file_name}, {one.record}",
                 observed_falls_by_octant=counts_in_octant_order(one.observed_falls_by_octant),
-                computed_falls_by_octant=counts_in_octant_order(one.predicted_falls_by_octant),
+                computed_fall_count_by_octant=counts_in_octant_order(one.predicted_falls_by_octant),
                 observed_mean_fall_direction_deg=mean_direction_unless_scattered(
                     one.observed_mean_direction_deg, one.observed_fall_direction_resultant_length
                 ),
@@ -334,7 +334,7 @@ def _draw_polar_fall_maps(results: StudyResults, findings: Findings) -> "Figure"
     ids = [name.id for name in results.record_ids_and_names]
     places = [ids.index(one.record) for one in findings.maps.records]
     block = results.reference_element_cube.sel(
-        default_figure_values_by_dimension_name(results.reference_element_cube, results.study)
+        default_height_and_friction_of_figures(results.reference_element_cube, results.study)
     )
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity_measures["pgv"].isel(record=place) for place in places]

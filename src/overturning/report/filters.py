@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 from overturning.findings.values import Estimate
 
-ROUNDING_TOLERANCE: Final = 1e-9
+SHARE_AND_ANGLE_ROUNDING_TOLERANCE: Final = 1e-9
 """Distance from 0 or 1 up to which a share counts as 0 or 1, and an angle from half a degree: the rounding of a sum."""
 
 NO_VALUE: Final = "–"
@@ -41,7 +41,7 @@ def format_percent(share: float | None, min_percent_decimals: int = 0) -> str:
 
 def _decimals_needed_for_percent(share: float, min_percent_decimals: int) -> int:
     """Return the decimals, at least `min_percent_decimals`, with which a share is not rounded to 0 or 100 %."""
-    between = ROUNDING_TOLERANCE < share < 1.0 - ROUNDING_TOLERANCE
+    between = SHARE_AND_ANGLE_ROUNDING_TOLERANCE < share < 1.0 - SHARE_AND_ANGLE_ROUNDING_TOLERANCE
     while between and float(f"{100 * share:.{min_percent_decimals}f}") in (0.0, 100.0):
         min_percent_decimals += 1
     return min_percent_decimals
@@ -69,7 +69,7 @@ def format_degrees(angle_deg: float | None, angle_wrapping_period_deg: int = 0) 
     """
     if _is_none_or_nan(angle_deg) or angle_deg is None:
         return NO_VALUE
-    whole = int(math.copysign(math.floor(abs(angle_deg) + 0.5 + ROUNDING_TOLERANCE), angle_deg))
+    whole = int(math.copysign(math.floor(abs(angle_deg) + 0.5 + SHARE_AND_ANGLE_ROUNDING_TOLERANCE), angle_deg))
     return f"{format_number(whole % angle_wrapping_period_deg if angle_wrapping_period_deg else whole, 0)}°"
 
 

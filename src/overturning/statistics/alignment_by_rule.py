@@ -14,10 +14,10 @@ from overturning.statistics.by_record import apply_to_record_batches_and_join, r
 from overturning.statistics.falls import (
     BLOCK_SELECTION_RULES_IN_REPORT,
     FallDirectionBlockSelectionRule,
+    fall_weights_and_direction_components_by_case,
     mean_cosine_and_sine_to_reference,
     share_of_directions_with_overturning,
     unknown_outcomes_may_bias_fall_axis,
-    weighted_fall_vectors_by_case,
 )
 
 
@@ -101,7 +101,7 @@ def _count_falls_and_sum_fall_axes_by_selection_rule(
     The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.
     """
     model, share = default_model_for_results_cube(cube), share_of_directions_with_overturning(cube)
-    weighted = weighted_fall_vectors_by_case(cube).drop_vars(["direction_cosine", "direction_sine"])
+    weighted = fall_weights_and_direction_components_by_case(cube).drop_vars(["direction_cosine", "direction_sine"])
     over = (model.direction_dimension_name, *model.case_dims_without_direction)
     return xr.concat(
         [weighted.where(rule.selected_block_mask(share)).sum(over) for rule in block_selection_rules], "rule"

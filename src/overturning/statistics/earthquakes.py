@@ -152,7 +152,7 @@ def fall_axes_from_fault_normal_by_group(
 
 
 @dataclass(frozen=True)
-class FallAxisAndAlignmentOverEarthquakes:
+class MeanFallAxisAndAlignmentOverEarthquakes:
     """Mean axis of the falls under several earthquakes, and mean alignment of the falls with the fault normal.
 
     Attributes
@@ -192,7 +192,7 @@ class FallAxisAndAlignmentOverEarthquakes:
 
 def summarise_fall_axes(
     fall_axes_by_earthquake: xr.Dataset, *, confidence_level: float = 0.95, bootstrap_sample_count: int = 10_000
-) -> FallAxisAndAlignmentOverEarthquakes:
+) -> MeanFallAxisAndAlignmentOverEarthquakes:
     """Average the fall axes of earthquakes: mean axis and mean alignment with the fault normal, with intervals.
 
     `fall_axes_by_earthquake` is a result of `fall_axes_from_fault_normal_by_earthquake`.
@@ -232,7 +232,7 @@ def summarise_fall_axes(
     alignment, most = MeanOverEarthquakes(len(vectors), float(cosine), *ends), fall_axes_by_earthquake["largest"].values
     largest = float(most[np.isfinite(most)].mean()) if len(vectors) else math.nan
     count = int(fall_axes_by_earthquake.sizes["event"])
-    return FallAxisAndAlignmentOverEarthquakes(
+    return MeanFallAxisAndAlignmentOverEarthquakes(
         count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value
     )
 

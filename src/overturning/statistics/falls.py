@@ -15,7 +15,7 @@ import xarray as xr
 
 from overturning.model.falls import default_model_for_results_cube
 from overturning.model.planes import (
-    MAX_RESULTANT_OF_UNIFORM_PLANES,
+    MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS,
     PLANE_WEIGHT_EQUALITY_TOLERANCE,
     VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY,
     fall_probabilities_towards_and_away,
@@ -66,7 +66,7 @@ def cube_with_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     return turned.assign(changed)
 
 
-def fall_counts_towards_azimuths(cube: xr.Dataset, *, use_ensemble: bool = False) -> xr.DataArray:
+def fall_count_or_probability_by_fall_azimuth(cube: xr.Dataset, *, use_ensemble: bool = False) -> xr.DataArray:
     """Return, by azimuth and block, the number (or probability) of falls towards the azimuth; NaN if unknown.
 
     Computed lazily if the cube is lazy.
@@ -264,7 +264,7 @@ def mean_fall_probability_over_directions(cube: xr.Dataset, *, summed_dims: Sequ
     return xr.DataArray(share, falls.drop_dims(dims).coords)
 
 
-def weighted_fall_vectors_by_case(cube: xr.Dataset) -> xr.Dataset:
+def fall_weights_and_direction_components_by_case(cube: xr.Dataset) -> xr.Dataset:
     """Return, by case, weight × fall probability, and this times cosine and sine of the (doubled) fall azimuth.
 
     In 2-D ``known`` is the weight of a case with a known outcome; ``unknown_cosine`` and ``unknown_sine`` are the
@@ -291,8 +291,8 @@ def unknown_outcomes_may_bias_fall_axis(fall_vector_sums: xr.Dataset) -> xr.Data
     """Return True where missing outcomes may bias the mean fall axis towards the azimuths with known outcomes.
 
     The vector that the unknown outcomes would add if all of them were falls has to be longer than
-    `MAX_RESULTANT_OF_UNIFORM_PLANES` times the number of known outcomes: falls in all known cases alike would show an
-    axis, as those of `plane_azimuths_alone_impose_fall_axis`. It also has to be longer than
+    `MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS` times the number of known outcomes: falls in all known cases alike
+    would show an axis, as those of `plane_azimuths_alone_impose_fall_axis`. It also has to be longer than
     `MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO` of the sum of the falls. So a few unknown outcomes change nothing, and
     neither do unknown outcomes at evenly spread azimuths.
 
@@ -307,7 +307,10 @@ def unknown_outcomes_may_bias_fall_axis(fall_vector_sums: xr.Dataset) -> xr.Data
     added = xr.apply_ufunc(
         np.hypot, fall_vector_sums["unknown_cosine"], fall_vector_sums["unknown_sine"], dask="allowed"
     )
-    uneven = added > MAX_RESULTANT_OF_UNIFORM_PLANES * fall_vector_sums["known"] + PLANE_WEIGHT_EQUALITY_TOLERANCE
+    uneven = (
+        added
+        > MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS * fall_vector_sums["known"] + PLANE_WEIGHT_EQUALITY_TOLERANCE
+    )
     return uneven & (added > MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO * length) & (fall_vector_sums["falls"] > 0)
 
 
@@ -318,10 +321,11 @@ def sum_fall_vectors_over_directions(
 
     The sums are also over ``summed_dims``, and can be added further before an angle is computed. With
     ``only_informative_blocks`` they cover the `mask_of_blocks_for_direction_statistics` only; ``all_falls`` always
-    counts the falls of all blocks. For sums over cases with unknown outcomes see `weighted_fall_vectors_by_case`.
+    counts the falls of all blocks. For sums over cases with unknown outcomes see
+    `fall_weights_and_direction_components_by_case`.
     """
     weighted, dims = (
-        weighted_fall_vectors_by_case(cube),
+        fall_weights_and_direction_components_by_case(cube),
         (default_model_for_results_cube(cube).direction_dimension_name, *summed_dims),
     )
     vectors = {str(name): values.variable for name, values in weighted.data_vars.items()}

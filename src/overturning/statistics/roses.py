@@ -18,7 +18,10 @@ from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_results_by_record, record_masks_by_group
 from overturning.statistics.circular import ROSE_SECTOR_COUNT, fall_shares_by_sector
-from overturning.statistics.falls import fall_counts_towards_azimuths, mask_of_blocks_for_direction_statistics
+from overturning.statistics.falls import (
+    fall_count_or_probability_by_fall_azimuth,
+    mask_of_blocks_for_direction_statistics,
+)
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def _informative_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray
             parts = (cube[name].to_numpy() for name in _FALL_WEIGHT_VARIABLES)
             weight = case_weight_in_direction_statistics(*parts)
         return angles[fell].astype(np.float64), weight[fell]
-    towards = fall_counts_towards_azimuths(cube).where(mask_of_blocks_for_direction_statistics(cube))
+    towards = fall_count_or_probability_by_fall_azimuth(cube).where(mask_of_blocks_for_direction_statistics(cube))
     azimuth = towards["azimuth"].to_numpy().astype(np.float64)
     counts = towards.sum([name for name in towards.dims if name != "azimuth"]).to_numpy().astype(np.float64)
     return azimuth, counts

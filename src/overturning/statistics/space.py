@@ -83,7 +83,7 @@ class AbsTwistSummaryOfMovedStandingStones(NamedTuple):
     largest_deg: float
 
 
-def abs_twist_deg_of_moved_standing_stones(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
+def moved_stone_twist_deg_by_b_over_h_and_friction(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
     """Return, by (B/H, friction), the absolute rotations about the vertical of stones that moved without falling.
 
     The rotations are in degrees, shape (stones,).

@@ -22,7 +22,7 @@ RunCountStatistic = Callable[[RunCountArray, RunCountArray, Any], FloatArray]
 """Function of the number of runs that fall to +1, the number that fall to −1, and the number of runs."""
 
 
-def indicator_that_runs_disagree_on_fall(
+def indicator_that_some_runs_fall_and_others_stand(
     plus_1_fall_counts: RunCountArray, run_counts_of_falls_to_minus_1: RunCountArray, known_run_counts: Any
 ) -> FloatArray:
     """Return, for each case, 1 if some of its ensemble runs fall and others stand, else 0; arguments are run counts.
@@ -65,7 +65,7 @@ def average_first_batch_statistic_over_run_orders(
     Parameters
     ----------
     statistic_of_run_counts_function : callable
-        Statistic of a batch, such as `indicator_that_runs_disagree_on_fall`.
+        Statistic of a batch, such as `indicator_that_some_runs_fall_and_others_stand`.
     share_of_runs_falling_to_plus_1, share_of_runs_falling_to_minus_1, known_run_counts : array_like, of one shape
         Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the cell was not run.
     ensemble_settings : EnsembleSettings
@@ -84,7 +84,10 @@ def average_first_batch_statistic_over_run_orders(
         for side in (share_of_runs_falling_to_plus_1, share_of_runs_falling_to_minus_1)
     )
     first = min(MEMBERS_PER_BATCH, ensemble_settings.members)
-    orders, (i, j) = _run_sequence_share_by_code_of_two_fall_counts(first), _fall_counts_of_each_code(first)
+    orders, (i, j) = (
+        _run_sequence_share_by_code_of_two_fall_counts(first),
+        _decode_plus_1_and_minus_1_fall_counts(first),
+    )
     says, found = statistic_of_run_counts_function(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
@@ -100,7 +103,7 @@ def average_first_batch_statistic_over_run_orders(
         places = fell.flat[ended] * _CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1 + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
-        i, j = _fall_counts_of_each_code(made)
+        i, j = _decode_plus_1_and_minus_1_fall_counts(made)
         unsettled = ~mask_of_narrow_fall_share_intervals(i, np.minimum(j, made), made, ensemble_settings.half_width)
         more = max(min(MEMBERS_PER_BATCH, ensemble_settings.members - made), 1)
         orders, sums = (
@@ -110,7 +113,7 @@ def average_first_batch_statistic_over_run_orders(
     return found
 
 
-def _fall_counts_of_each_code(run_count: int) -> tuple[RunCountArray, RunCountArray]:
+def _decode_plus_1_and_minus_1_fall_counts(run_count: int) -> tuple[RunCountArray, RunCountArray]:
     """Return the numbers of runs that fall to +1 and to −1 for each code, an integer that encodes both numbers.
 
     A code is the first number times `_CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1`, plus the second; codes are 0 to
@@ -127,5 +130,5 @@ def _run_sequence_share_by_code_of_two_fall_counts(run_count: int) -> FloatArray
 
     An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
     """
-    towards, away = _fall_counts_of_each_code(run_count)
+    towards, away = _decode_plus_1_and_minus_1_fall_counts(run_count)
     return np.asarray(comb(run_count, towards) * comb(run_count - towards, away) / 3.0**run_count)

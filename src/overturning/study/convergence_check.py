@@ -92,7 +92,7 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
     ):
         spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
         affordable = np.cumsum(MAX_COST_RATIO_OF_FINER_STEPS_TO_STIFFER_SPRINGS * spent)
-        runs.rerun_first_cases_unless_refused(
+        runs.rerun_missing_first_cases_unless_refused(
             "finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right"))
         )
     else:
@@ -113,7 +113,7 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
         finer_step_rerun=runs.count_changed_outcomes("finer", count),
         stiffer_contact_rerun=runs.count_changed_outcomes("stiffer", count),
         tests_of_finer_step_changes=(
-            settling := runs.count_confirmed_and_chaotic_outcome_changes(count, allowed - done)
+            settling := runs.rerun_and_count_confirmed_and_chaotic_changes(count, allowed - done)
         ),
         amplitude_change_rerun=runs.rerun_falls_and_count_changes_with_amplitude(
             count, allowed - done - settling.block_steps
@@ -161,7 +161,7 @@ class _CaseReruns:
         size = min(PILOT_CASE_COUNT, most, max(self.sample.study_case_count_without_symmetry_copies // 12, 1))
         while size > 0:
             done = len(self.rerun_outcomes_by_kind[rerun_kind]) + size
-            if not self.rerun_first_cases_unless_refused(rerun_kind, done):
+            if not self.rerun_missing_first_cases_unless_refused(rerun_kind, done):
                 return False
             mean = all_reruns_to_this_rerun_step_ratio * float(
                 self.rerun_outcomes_by_kind[rerun_kind]["block_steps"].mean()
@@ -170,7 +170,7 @@ class _CaseReruns:
             size = min(affordable - done, 3 * done)
         return True
 
-    def rerun_first_cases_unless_refused(self, rerun_kind: str, count_of_first_sample_cases: int) -> bool:
+    def rerun_missing_first_cases_unless_refused(self, rerun_kind: str, count_of_first_sample_cases: int) -> bool:
         """Rerun those of the first cases of the sample that this kind of rerun lacks; return False if it is refused."""
         try:
             more = self._rerun_cases(
@@ -278,7 +278,7 @@ class _CaseReruns:
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         return known, known & mask_of_cases_with_different_falls(finer, own)
 
-    def count_confirmed_and_chaotic_outcome_changes(
+    def rerun_and_count_confirmed_and_chaotic_changes(
         self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
     ) -> ChangesWithFinerSteps:
         """Rerun cases that finer steps change, with finest steps and a perturbed motion; count confirmed, chaotic."""

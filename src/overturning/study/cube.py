@@ -288,7 +288,7 @@ def find_study_with_title_and_figure_settings(cube: "xr.Dataset", study: Study |
     return beside if path and path.is_file() and (beside := load_study(path)).name == own.name else own
 
 
-def default_figure_values_by_dimension_name(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
+def default_height_and_friction_of_figures(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return the height and friction that figures show by default: by dimension name, a list of one value.
 
     The block is set by `figures` of the `find_study_with_title_and_figure_settings`, with the first height and the last
@@ -326,7 +326,7 @@ def select_heights_and_frictions(
         cube = cube.sel({name: chosen}) if chosen else cube
     if choose_default_if_only_one_dimension_given and (chosen_heights_m or chosen_friction_coefficients):
         return cube.sel(
-            {name: shown for name, shown in default_figure_values_by_dimension_name(cube).items() if not given[name]}
+            {name: shown for name, shown in default_height_and_friction_of_figures(cube).items() if not given[name]}
         )
     return cube
 

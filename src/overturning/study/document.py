@@ -79,7 +79,7 @@ def markdown_tables_of_study_keys_and_record_columns() -> dict[str, str]:
     return {"keys": "\n".join(keys), "columns": "\n".join(columns)}
 
 
-def insert_key_and_column_tables_into_readme_text(readme_text: str) -> str:
+def insert_study_key_and_record_column_tables(readme_text: str) -> str:
     """Return a README text with the tables of study keys and record columns put between its marker comments."""
     for name, table in markdown_tables_of_study_keys_and_record_columns().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
@@ -95,9 +95,7 @@ def write_study_schemas_and_readme_tables(config_folder: Path) -> None:
     if catalogue.parent.is_dir():
         catalogue.write_text(study_json_schema_as_yaml_text(), encoding="utf-8")
     readme = config_folder / "README.md"
-    readme.write_text(
-        insert_key_and_column_tables_into_readme_text(readme.read_text(encoding="utf-8")), encoding="utf-8"
-    )
+    readme.write_text(insert_study_key_and_record_column_tables(readme.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 _NEW_STUDY_FILE_TEMPLATE = """\

@@ -59,7 +59,7 @@ class CrateMetadata(StrictModel):
     authors: tuple[Annotated[str, Field(min_length=1)], ...] = Field(default=(), description="names of the authors")
 
 
-class PublishedValues(StrictModel):
+class PublishedPeaksAndBlockOutcome(StrictModel):
     """Published peaks and outcome for one component of a record, with which the study is compared."""
 
     record: str = Field(description="id of the record")
@@ -78,7 +78,7 @@ QuestionKind = Literal["direction", "reference", "vertical", "scene", "site", "s
 Language = Literal["en", "ja"]
 """Languages of a report, by their code of ISO 639-1."""
 
-VARIANT_COMPARISON_QUESTIONS: Final = ("vertical", "scene", "site")
+QUESTIONS_COMPARING_VARIANT_WITH_STUDY: Final = ("vertical", "scene", "site")
 """Questions that compare a variant with the study, named after the setting that the variant changes."""
 
 

@@ -21,7 +21,7 @@ from overturning.study.scenes import (
 )
 from overturning.study.schema import Study
 from overturning.study.sections import RecordSettings, SimulationSettings
-from overturning.units import GRANITE_DENSITY
+from overturning.units import DEFAULT_STONE_DENSITY_KG_M3
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,7 +92,7 @@ def _obstacles_and_model_options_of_overturning_one(study: Study, variant: str) 
     if scene != gravestone():
         known = _scene_file_holds_same_scene(scene)
         return [] if known else ["the scene is no file of config/scenes"], ["--scene", scene.name]
-    options += [] if study.density == GRANITE_DENSITY else ["--density", f"{study.density:g}"]
+    options += [] if study.density == DEFAULT_STONE_DENSITY_KG_M3 else ["--density", f"{study.density:g}"]
     options += [] if contact.damping is None else ["--damping", f"{contact.damping:g}"]
     options += [] if contact.stiffness == "auto" else ["--stiffness", f"{contact.stiffness:g}"]
     return missing, options

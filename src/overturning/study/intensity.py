@@ -13,7 +13,7 @@ from overturning.motion.heading import azimuths_of_peak_acceleration_and_velocit
 from overturning.motion.intensity import (
     PEAK_UNITS_AND_LONG_NAMES,
     intensity_dataset_by_azimuth,
-    jma_intensity_and_peaks_before_after_processing,
+    jma_intensity_and_raw_and_processed_peaks,
 )
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd_percentile_measures
@@ -68,7 +68,7 @@ def _azimuth_independent_measure_variables(
     """Compute, as dataset variables by name, the intensity measures without dependence on azimuth; NaN if undefined."""
     motions = [Motion.of(record) for record in records]
     columns = [
-        jma_intensity_and_peaks_before_after_processing(motion, record.processing)
+        jma_intensity_and_raw_and_processed_peaks(motion, record.processing)
         for motion, record in zip(motions, records, strict=True)
     ]
     spectra = [

@@ -7,9 +7,9 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
 from overturning.settings import EnsembleSettings, StonePopulation
-from overturning.study.evaluation import VARIANT_COMPARISON_QUESTIONS
+from overturning.study.evaluation import QUESTIONS_COMPARING_VARIANT_WITH_STUDY
 from overturning.study.sections import BodyShapeSettings, Variant
-from overturning.units import GRANITE_DENSITY
+from overturning.units import DEFAULT_STONE_DENSITY_KG_M3
 
 _REASONS_TO_REFUSE_KEYS_IN_3D: Final = {
     "scene": "a study has a scene or a single 3-D body; keep one",
@@ -39,7 +39,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
     for key in ("height", "friction"):
         if (one := getattr(study.figures, key)) is not None and one not in getattr(study, key):
             yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
-    yield from _survey_and_published_value_conflict_messages(study)
+    yield from _survey_and_published_value_error_messages(study)
 
 
 def _messages_on_settings_that_need_a_body(study: Any) -> Iterator[str]:
@@ -63,7 +63,7 @@ def _invalid_variant_messages(study: Any) -> Iterator[str]:
         yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
 
 
-def _survey_and_published_value_conflict_messages(study: Any) -> Iterator[str]:
+def _survey_and_published_value_error_messages(study: Any) -> Iterator[str]:
     """Yield a message for each setting that is incompatible with the study's surveys or published values."""
     for row in study.published:
         if row.record not in study.records.use:
@@ -159,7 +159,7 @@ def _research_question_conflict_messages(study: Any) -> Iterator[str]:
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
     if study.asks == "reference" and study.body is None and not study.is_stack:
         yield "asks: reference, which only a 3-D body is free to follow; give `body`, or ask for direction"
-    if study.asks not in VARIANT_COMPARISON_QUESTIONS:
+    if study.asks not in QUESTIONS_COMPARING_VARIANT_WITH_STUDY:
         return
     if (against := study.primary.against) is not None and against not in study.variants:
         return  # named by `_primary_statistic_conflict_messages`
@@ -186,7 +186,7 @@ def _planar_scene_conflict_messages(
     swept = any(scene.has_contact_with_unset_friction for scene in scenes.values())
     if not swept and study.friction != type(study).model_fields["friction"].default:
         yield "friction: the scene has coefficients of its own; leave it out"
-    if "" in own and study.density != GRANITE_DENSITY:
+    if "" in own and study.density != DEFAULT_STONE_DENSITY_KG_M3:
         yield "density: the scene's materials have it; set it in the scene file"
     if own and study.ensemble.members and study.ensemble.initial_tilt:
         yield f"ensemble.initial_tilt: a scene starts at rest ({own[-1]}scene); leave it at 0"

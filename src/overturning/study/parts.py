@@ -45,7 +45,7 @@ class SweepChunk:
         return f"{self.number_from_1}-of-{self.chunk_count_of_record}"
 
 
-SINGLE_CHUNK_OF_RECORD: Final = SweepChunk()
+WHOLE_RECORD_CHUNK: Final = SweepChunk()
 """Chunk with all cases of a record."""
 
 _UNREADABLE_FILE_REMEDY: Final = "run again to recreate it"

@@ -44,9 +44,9 @@ _BASE_SIMULATION_MEMORY_BYTES: Final = 4e8
 _SIMULATION_MEMORY_BYTES_PER_CELL: Final = 400
 _DISK_BYTES_PER_CELL: Final = 45
 _DISK_BYTES_PER_RECORD: Final = 6e5  # motion and figures
-_DISK_BYTES_PER_STUDY: Final = 1e6  # report and explorer
-_BASE_READING_MEMORY_BYTES: Final = 1e9
-_READING_MEMORY_BYTES_PER_CELL: Final = 12
+_DISK_BYTES_OF_REPORT_AND_EXPLORER: Final = 1e6  # report and explorer
+_FIXED_MEMORY_TO_READ_CUBE_BYTES: Final = 1e9
+_MEMORY_TO_READ_CUBE_BYTES_PER_CELL: Final = 12
 _MEMORY_BYTES_PER_CELL_AND_MEMBER: Final = 20
 
 MAX_CELLS_OF_SINGLE_EXPLORER_PAGE: Final = 3_000_000
@@ -71,7 +71,10 @@ class StudySizeEstimate:
     @property
     def cube_reading_memory_bytes(self) -> float:
         """Estimated memory for reading the results cube of the study record by record, bytes."""
-        return _BASE_READING_MEMORY_BYTES + self.record_count * self.cases_per_record * _READING_MEMORY_BYTES_PER_CELL
+        return (
+            _FIXED_MEMORY_TO_READ_CUBE_BYTES
+            + self.record_count * self.cases_per_record * _MEMORY_TO_READ_CUBE_BYTES_PER_CELL
+        )
 
     def __str__(self) -> str:
         records, cases = ("" if count == 1 else "s" for count in (self.record_count, self.cases_per_record))
@@ -127,7 +130,9 @@ def estimate_cases_time_memory_and_disk_of_study(study: Study, chunks_per_record
         + min(cells, MAX_MEMBER_CASES_PER_RUN / MEMBERS_PER_BATCH) * _MEMORY_BYTES_PER_CELL_AND_MEMBER * members
     )
     cells_on_disk = study.cases_per_record * scales * _DISK_BYTES_PER_CELL * elements * variants
-    disk = _DISK_BYTES_PER_STUDY + records * (_DISK_BYTES_PER_RECORD + cells_on_disk) + sweeps * cells_on_disk
+    disk = (
+        _DISK_BYTES_OF_REPORT_AND_EXPLORER + records * (_DISK_BYTES_PER_RECORD + cells_on_disk) + sweeps * cells_on_disk
+    )
     return StudySizeEstimate(records, study.cases_per_record, work, memory, disk)
 
 

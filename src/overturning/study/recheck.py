@@ -85,7 +85,7 @@ def recompute_and_compare_random_cases(
     shape = (len(names), len(scales), *grid.shape)
 
     @cache
-    def stored_motion_of_record(record_id: str) -> Motion:
+    def read_motion_with_components_used_by_study(record_id: str) -> Motion:
         """Read the stored motion of a record, without its vertical component if the results cube is without it."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
@@ -102,7 +102,7 @@ def recompute_and_compare_random_cases(
         for index, scale, *place in np.column_stack(np.unravel_index(chosen, shape)).tolist():
             cell = (index, *((scale,) if grid.motion_amplitude_factors_if_several else ()), *place)
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
-            motion = scale_motion(stored_motion_of_record(names[index]), scales[scale])
+            motion = scale_motion(read_motion_with_components_used_by_study(names[index]), scales[scale])
             again = _recompute_case_of_grid(motion, grid, place, study, variant, with_ensemble)
             result.cell_count_with_recomputed_ensemble += with_ensemble
             result.recomputed_cell_count += 1

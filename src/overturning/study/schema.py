@@ -30,7 +30,7 @@ from overturning.study.evaluation import (
     FigureSettings,
     Language,
     PrimaryStatistic,
-    PublishedValues,
+    PublishedPeaksAndBlockOutcome,
     QuestionKind,
     SurveySettings,
 )
@@ -47,7 +47,7 @@ from overturning.study.sections import (
     load_scene_if_name_or_path,
 )
 from overturning.study.values import AzimuthRange, ValueListOrRange
-from overturning.units import GRANITE_DENSITY
+from overturning.units import DEFAULT_STONE_DENSITY_KG_M3
 from overturning.validation import StrictModel
 
 SlendernessBOverH = Annotated[float, Field(gt=0, le=10)]
@@ -124,7 +124,9 @@ class Study(StrictModel):
         description="factors on each whole record (with a `site`, on the motion at the surface), including 1: a list, "
         "or start, stop, step. Several factors are a dimension of the cube; the ensemble is run for factor 1 only",
     )
-    density: DensityInKgPerM3 = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
+    density: DensityInKgPerM3 = Field(
+        default=DEFAULT_STONE_DENSITY_KG_M3, gt=0, description="density of the block, kg/m³"
+    )
     contact: ContactSettings = Field(
         default=ContactSettings(), description="springs, dashpots and slider at each corner"
     )
@@ -146,7 +148,7 @@ class Study(StrictModel):
         description="the study repeated with another contact, scene, site or vertical motion, by name; each variant "
         "has its own cube, and settings that it does not give are those of the study",
     )
-    published: tuple[PublishedValues, ...] = Field(
+    published: tuple[PublishedPeaksAndBlockOutcome, ...] = Field(
         default=(), description="published values; the report compares the study with them"
     )
     population: StonePopulation | None = Field(

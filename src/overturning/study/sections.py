@@ -161,7 +161,7 @@ AspectRatioDOverB = Annotated[float, Field(gt=0, le=10)]
 PolygonSideCount = Annotated[int, Field(ge=3, le=96)]
 
 
-class ScannedStoneProperties(StrictModel):
+class PropertiesFromScanMesh(StrictModel):
     """Properties of a scanned stone, filled in from its mesh."""
 
     volume: float = Field(gt=0, description="volume, m³")
@@ -221,7 +221,7 @@ class BodyShapeSettings(StrictModel):
         description="only with a mesh: height above its lowest point up to which the points of the base bear, m; not "
         "given: 0.002, or a convex mesh on one of its faces",
     )
-    scan: ScannedStoneProperties | None = Field(
+    scan: PropertiesFromScanMesh | None = Field(
         default=None, description="filled in from the mesh: properties of the stone, whose `vertices` can touch"
     )
 
@@ -289,7 +289,7 @@ class BodyShapeSettings(StrictModel):
 @lru_cache(maxsize=4)
 def _create_scanned_stone(
     vertices_xyz_m: tuple[tuple[float, float, float], ...],
-    scan_properties: ScannedStoneProperties,
+    scan_properties: PropertiesFromScanMesh,
     max_height_of_bearing_base_points_m: float,
 ) -> "Shape":
     """Create the body of a scanned stone; cached, because computing its outlines takes a second."""

@@ -24,7 +24,7 @@ from overturning.study.ensemble import (
     draw_parameter_changes_of_members,
     subtask_progress_callback,
 )
-from overturning.study.parts import SINGLE_CHUNK_OF_RECORD, SweepChunk, grid_of_chunk, write_outcome_file_of_chunk
+from overturning.study.parts import WHOLE_RECORD_CHUNK, SweepChunk, grid_of_chunk, write_outcome_file_of_chunk
 from overturning.study.scenes import (
     NOMINAL_VARIANT,
     StudyToSceneSizeConversion,
@@ -128,7 +128,7 @@ def simulate_and_write_cases_of_record(
     variant: str = NOMINAL_VARIANT,
     *,
     members: EnsembleParameterChanges | None = None,
-    chunk: SweepChunk = SINGLE_CHUNK_OF_RECORD,
+    chunk: SweepChunk = WHOLE_RECORD_CHUNK,
     numerics: NumericalOptions | None = None,
 ) -> None:
     """Simulate all cases of one record, or a chunk (part) of them, and write the outcomes to a NetCDF file.
@@ -168,7 +168,7 @@ def simulate_and_write_cases_of_record(
         outcome |= spread
         block_steps += more
     if grid.motion_amplitude_factors_if_several:
-        outcome = _join_outcomes_of_amplitudes(answers, cube_variables_of_study(study), outcome)
+        outcome = _stack_outcomes_along_first_amplitude_axis(answers, cube_variables_of_study(study), outcome)
     write_outcome_file_of_chunk(
         output_path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables_of_study(study)
     )
@@ -189,7 +189,7 @@ def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
     return motion if amplitude_factor == 1.0 else motion.scaled_by(amplitude_factor)
 
 
-def _join_outcomes_of_amplitudes(
+def _stack_outcomes_along_first_amplitude_axis(
     outcomes_by_name_for_each_amplitude: list[dict[str, NDArray[Any]]],
     outcome_variables: tuple[OutcomeVariable, ...],
     nominal_outcomes_by_variable_name: dict[str, NDArray[Any]],

@@ -286,7 +286,7 @@ def _stone_counts_as_comparison_attributes(
         """Return the number of stones, with the count of each row, for which the function `condition` returns True."""
         return sum(stone.stone_count for stone in stones if condition(stone))
 
-    def lacks_computed_outcome_although_near_grid(stone: Stone) -> bool:
+    def lacks_outcome_although_b_over_h_near_grid(stone: Stone) -> bool:
         """Return True if a stone has no computed outcome, although its B/H is not far outside the grid."""
         prediction = predictions.site_prediction_for_stone(stone)
         return not prediction.has_known_fall_probability(stone) and not prediction.has_b_over_h_far_outside_grid(stone)
@@ -315,9 +315,9 @@ def _stone_counts_as_comparison_attributes(
                 and predictions.site_prediction_for_stone(stone).no_simulated_block_like_stone_falls(stone)
             )
         ),
-        "stones_without_computed_outcome": count_stones_with(lacks_computed_outcome_although_near_grid),
+        "stones_without_computed_outcome": count_stones_with(lacks_outcome_although_b_over_h_near_grid),
         "known_direction_falls_without_computed_outcome": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and lacks_computed_outcome_although_near_grid(stone)
+            lambda stone: stone.fell_in_known_direction and lacks_outcome_although_b_over_h_near_grid(stone)
         ),
         "known_direction_falls_without_prediction": count_stones_with(
             lambda stone: (

@@ -356,7 +356,7 @@ def _compare_shifts_and_twists_of_standing_stones(
         total = cells.weight[base_mask].sum()
         return float(cells.weight[base_mask & counted_mask].sum() / total) if total > 0 else math.nan
 
-    def weighted_median(case_values: FloatArray, mask_of_cases_to_include: NDArray[np.bool_]) -> float:
+    def weighted_median_of_cases(case_values: FloatArray, mask_of_cases_to_include: NDArray[np.bool_]) -> float:
         """Return the weighted median of `case_values` over the simulated cases in `mask_of_cases_to_include`.
 
         NaN for none.
@@ -397,11 +397,15 @@ def _compare_shifts_and_twists_of_standing_stones(
             statistic_by_friction(lambda own: weighted_share_of_cases(cells_clockwise, own & cells_turned)),
         ),
         compare_medians(
-            "shift_m", shift[far], statistic_by_friction(lambda own: weighted_median(cells.shift_m, own & cells_far))
+            "shift_m",
+            shift[far],
+            statistic_by_friction(lambda own: weighted_median_of_cases(cells.shift_m, own & cells_far)),
         ),
         compare_medians(
             "twist_deg",
             np.abs(twist[turned]),
-            statistic_by_friction(lambda own: weighted_median(np.abs(cells.clockwise_twist_deg), own & cells_turned)),
+            statistic_by_friction(
+                lambda own: weighted_median_of_cases(np.abs(cells.clockwise_twist_deg), own & cells_turned)
+            ),
         ),
     ]

@@ -19,7 +19,7 @@ from overturning.surveys.posterior import (
 from overturning.surveys.responses import (
     StoneHeightAndSideRatios,
     StoneOutcomeProbabilities,
-    half_standing_outcome_probabilities,
+    outcome_probabilities_if_nothing_is_known,
 )
 from overturning.surveys.stone_outcomes import (
     DIRECTION_BIN_COUNT,
@@ -62,13 +62,13 @@ class SurveyInversion:
         Probabilities of the outcomes of all kinds of stones of the surveys, for each candidate motion.
     random_outcome_stone_share : float
         Share of stones with a random outcome (pushed, badly founded).
-    fixed_stone_share : float
+    share_of_stones_fixed_to_base : float
         Share of stones fixed to their base, which always stand.
     """
 
     stone_outcome_probabilities: StoneOutcomeProbabilities
     random_outcome_stone_share: float = RANDOM_OUTCOME_SHARE
-    fixed_stone_share: float = 0.0
+    share_of_stones_fixed_to_base: float = 0.0
 
     def outcome_probabilities(
         self, stone: Stone, requested_outcome_indices: NDArray[np.intp] = ALL_OUTCOME_INDICES
@@ -103,12 +103,12 @@ class SurveyInversion:
         ]
         free = (
             1 - self.random_outcome_stone_share
-        ) * seen + self.random_outcome_stone_share * half_standing_outcome_probabilities()[
+        ) * seen + self.random_outcome_stone_share * outcome_probabilities_if_nothing_is_known()[
             requested_outcome_indices
         ].astype(np.float32)
         return np.asarray(
-            (1 - self.fixed_stone_share) * free
-            + np.float32(self.fixed_stone_share) * (requested_outcome_indices == STANDING_OUTCOME_INDEX)
+            (1 - self.share_of_stones_fixed_to_base) * free
+            + np.float32(self.share_of_stones_fixed_to_base) * (requested_outcome_indices == STANDING_OUTCOME_INDEX)
         )
 
     def fall_and_direction_log_likelihoods_of_survey(self, stones: Sequence[Stone]) -> FloatArray:
@@ -191,7 +191,9 @@ class SurveyInversion:
         posterior = self.compute_posterior(log_likelihoods_of_falls_and_directions)
         fell, stood = (sum(one.stone_count for one in stones if one.fell is kind) for kind in (True, False))
         fit = self.posterior_predictive_p_value(stones, posterior)
-        return SurveyInversionResult(survey_or_site_name, fell, stood, self.fixed_stone_share, fit, posterior)
+        return SurveyInversionResult(
+            survey_or_site_name, fell, stood, self.share_of_stones_fixed_to_base, fit, posterior
+        )
 
     def posterior_predictive_p_value(
         self, stones: Sequence[Stone], posterior: MotionPosterior, random_survey_seed: int = 1

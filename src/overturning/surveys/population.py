@@ -26,7 +26,7 @@ _STONE_GROUP_DESCRIPTIONS: Final = {
     "shift": "stones that stood and were shifted; missing in planes, which cannot tell",
     "rotation": "stones that stood and were rotated; missing in planes, which cannot tell",
 }
-_RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS: Final = {
+_OUTCOME_RATE_EXTRA_DIMENSIONS_AND_LONG_NAMES: Final = {
     **{f"{name}_rate": ((), f"share of the {text}") for name, text in _STONE_GROUP_DESCRIPTIONS.items()},
     **{f"{name}_interval": (("end",), f"95 % interval of {name}_rate") for name in _STONE_GROUP_DESCRIPTIONS},
     "free_fall_rate": ((), "share of the stones not fixed to their base that fell"),
@@ -238,7 +238,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
         stones.stone_class_masks(),
         default_model_for_results_cube(cube).variable_names_read_for_square_stones,
     )
-    found: dict[str, list[FloatArray]] = {name: [] for name in _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS}
+    found: dict[str, list[FloatArray]] = {name: [] for name in _OUTCOME_RATE_EXTRA_DIMENSIONS_AND_LONG_NAMES}
     for record in range(cube.sizes["record"]):
         outcomes = take_stone_outcomes_from_neighbouring_cases(load_results_of_records(cube, record, reads), stones)
         of_class = [
@@ -252,7 +252,7 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
             found[name].append(values)
     data = {
         name: (("record", "amplitude", *dims), np.stack(found[name]), {"long_name": text})
-        for name, (dims, text) in _RATE_VARIABLE_DIMENSIONS_AND_DESCRIPTIONS.items()
+        for name, (dims, text) in _OUTCOME_RATE_EXTRA_DIMENSIONS_AND_LONG_NAMES.items()
     }
     amplitude = cube["amplitude"].to_numpy() if "amplitude" in cube.dims else np.ones(1)
     middles = 360.0 / len(OCTANTS) * np.arange(len(OCTANTS))

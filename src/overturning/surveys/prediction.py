@@ -12,7 +12,7 @@ from overturning.model.edges import fall_probability_over_each_edge
 from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
-from overturning.statistics.falls import cube_with_opposite_azimuths, fall_counts_towards_azimuths
+from overturning.statistics.falls import cube_with_opposite_azimuths, fall_count_or_probability_by_fall_azimuth
 from overturning.surveys.sectors import AzimuthSectors
 from overturning.surveys.stones import MAX_FACTOR_OUTSIDE_SIMULATED_RANGE, RANDOM_OUTCOME_SHARE, Stone
 
@@ -55,7 +55,7 @@ class SiteFallPrediction(AzimuthSectors):
         self.random_outcome_stone_share = random_outcome_stone_share
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.height: FloatArray = site["height"].values.astype(np.float64)
-        super().__init__(fall_counts_towards_azimuths(site)["azimuth"].values.astype(np.float64))
+        super().__init__(fall_count_or_probability_by_fall_azimuth(site)["azimuth"].values.astype(np.float64))
         self._sector_probabilities_by_b_over_h_key: dict[str, FloatArray] = {}
         self._b_over_h_keys_without_falls: set[str] = set()
         self._fall_probabilities: dict[str, FloatArray] = {}

@@ -37,7 +37,7 @@ LN_B_OVER_H_STANDARD_DEVIATION_AT_EQUAL_SIZE: Final = 0.15
 LN_PGV_STANDARD_DEVIATION_WITHIN_SITE: Final = 0.15
 """Standard deviation of ln PGV over the site of one survey."""
 
-CONCENTRATION, UNIFORM_DIRECTION_SHARE = 8.0, 0.2
+CONCENTRATION, UNIFORM_FALL_DIRECTION_SHARE = 8.0, 0.2
 """Scatter of falls about the simulated direction: concentration (von Mises), and share with uniform directions."""
 
 CASE_PROCESSOR_SECONDS_PER_MOTION_SECOND: Final = 3e-5
@@ -215,7 +215,7 @@ class StoneOutcomeProbabilities:
         """
         return np.stack(
             [
-                _outcome_probabilities_under_one_motion(one, self._size_weights_by_dimensions[stone_kind])
+                _outcome_probabilities_by_velocity_scale_of_motion(one, self._size_weights_by_dimensions[stone_kind])
                 for one in self._outcomes_by_d_over_b[stone_kind.d_over_b]
             ]
         )
@@ -296,7 +296,7 @@ def count_cases_to_simulate_and_estimate_time_s(
     return cases, seconds
 
 
-def _outcome_probabilities_under_one_motion(
+def _outcome_probabilities_by_velocity_scale_of_motion(
     outcome_arrays_by_size_key: dict[str, NDArray[np.int8]], size_grid_weights: FloatArray
 ) -> NDArray[np.float32]:
     """Return the probabilities of standing and of each fall direction, for one kind of stone under one motion.
@@ -322,7 +322,7 @@ def _outcome_probabilities_under_one_motion(
         ..., :UNKNOWN_OUTCOME_INDEX
     ]
     # Without known outcomes the probabilities are uninformative.
-    shares += 1e-6 * half_standing_outcome_probabilities()
+    shares += 1e-6 * outcome_probabilities_if_nothing_is_known()
     shares /= shares.sum(axis=-1, keepdims=True)
     shares[..., :DIRECTION_BIN_COUNT] = (
         shares[..., :DIRECTION_BIN_COUNT] @ simulated_to_observed_direction_probabilities()
@@ -330,7 +330,7 @@ def _outcome_probabilities_under_one_motion(
     return shares.astype(np.float32)
 
 
-def half_standing_outcome_probabilities() -> FloatArray:
+def outcome_probabilities_if_nothing_is_known() -> FloatArray:
     """Return outcome probabilities if nothing is known: ½ for standing, the rest equal for all fall directions.
 
     The shape is (bins + 1,).
@@ -346,7 +346,9 @@ def simulated_to_observed_direction_probabilities() -> FloatArray:
     """
     angle = np.radians(DIRECTION_BIN_WIDTH_DEG * np.arange(DIRECTION_BIN_COUNT))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)
-    row = (1 - UNIFORM_DIRECTION_SHARE) * density / density.sum() + UNIFORM_DIRECTION_SHARE / DIRECTION_BIN_COUNT
+    row = (
+        1 - UNIFORM_FALL_DIRECTION_SHARE
+    ) * density / density.sum() + UNIFORM_FALL_DIRECTION_SHARE / DIRECTION_BIN_COUNT
     return np.asarray(
         row[(np.arange(DIRECTION_BIN_COUNT) - np.arange(DIRECTION_BIN_COUNT)[:, None]) % DIRECTION_BIN_COUNT]
     )

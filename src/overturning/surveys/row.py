@@ -62,7 +62,7 @@ def _parse_octant_index(text: object) -> int:
     return OCTANTS.index(str(text).upper())
 
 
-def _normalise_count_text(text: object) -> object:
+def _normalise_count_and_refuse_point_or_comma(text: object) -> object:
     """Prepare the text of a number of stones for `int`; refuse a point or comma, which may separate thousands."""
     plain = normalise_number_text(text)
     if isinstance(plain, str) and re.fullmatch(r"[+-]?[\d.,]*[.,][\d.,]*", str(text).strip()):
@@ -140,7 +140,7 @@ class SurveyRow(BaseModel):
     ] = Field(None, description="direction of the fall as N, NE, E, SE, S, SW, W or NW, instead of `azimuth_deg`")
     count: Annotated[
         int,
-        BeforeValidator(_normalise_count_text),
+        BeforeValidator(_normalise_count_and_refuse_point_or_comma),
         Field(ge=1, le=1_000_000),
         _json_schema_of_number_cell(1, 1_000_000, "integer"),
     ] = Field(1, description="number of stones of this row; default 1")

@@ -299,7 +299,7 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
     step = largest_usual_step_dividing_azimuths_deg(
         [row.fall_direction.azimuth_deg for _, row in rows if row.fall_direction.index_in_16_compass_points is None]
     )
-    faults += list(_errors_of_octants_with_large_declination(rows, uses_only_eight_compass_points=octants))
+    faults += list(_errors_of_octants_ambiguous_by_declination(rows, uses_only_eight_compass_points=octants))
     if not table.rows and not faults:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     if faults:
@@ -382,7 +382,7 @@ def _is_label_of_totals_row(standard_column_name: str, cell_text: str) -> bool:
     return standard_column_name in ("site", "stone") and cell_text.strip(" :").lower() in _TOTALS_ROW_LABELS
 
 
-def _errors_of_octants_with_large_declination(
+def _errors_of_octants_ambiguous_by_declination(
     line_numbers_and_survey_rows: list[tuple[int, SurveyRow]], *, uses_only_eight_compass_points: bool
 ) -> Iterator[tuple[int, str]]:
     """Yield line number and error message for each octant that a large declination makes ambiguous."""

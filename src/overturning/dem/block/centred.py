@@ -35,7 +35,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS: Final = BLOCK_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
 
-MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25
+MIN_RELATIVE_MOBILITY_OF_SLIDING_CORNER: Final = 0.25
 """Least effect of a normal force on a sliding corner, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -175,9 +175,7 @@ def predict_corner_tangential_force_and_sliding(
         predicted_corner.x_from_centre
         - slid * (assumed_contact.friction_moment_factor * predicted_corner.depth_below_centre)
     )
-    return PredictedCornerForceAndAssumedSlidingFlag(
-        f, slides, slid, freedom > MIN_CORNER_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE
-    )
+    return PredictedCornerForceAndAssumedSlidingFlag(f, slides, slid, freedom > MIN_RELATIVE_MOBILITY_OF_SLIDING_CORNER)
 
 
 @njit(**INLINE_OPTIONS)
@@ -198,7 +196,7 @@ def signed_friction_coefficient_and_sliding(
 
 
 @njit(**INLINE_OPTIONS)
-def zero_velocity_normal_force_and_dimensionless_slope(
+def zero_velocity_normal_force_and_its_scaled_decrease(
     block: BlockConstants,
     predicted_corner: CornerPredictedAtStepEnd,
     half_step_duration: float,
@@ -228,7 +226,7 @@ def corner_equation_terms(
     signed_mu_or_zero_if_sticking: float,
 ) -> CornerEquationTerms:
     """Return one corner's terms, per block mass, in the linear equations for a block's velocities at a step's end."""
-    normal_force_per_mass, press = zero_velocity_normal_force_and_dimensionless_slope(
+    normal_force_per_mass, press = zero_velocity_normal_force_and_its_scaled_decrease(
         block, predicted_corner, half_step_duration, normal_force_per_mass, is_in_contact
     )
     tangential = block.dashpot_constant_per_mass + half_step_duration * block.tangential_stiffness_per_mass
@@ -344,8 +342,8 @@ def solve_velocity_corrections_without_friction(
     nr, on_r = predict_normal_force_per_mass_and_contact(
         block, right, state.right, uses_predicted_forces_for_contact_and_sliding, held
     )
-    nl, press_l = zero_velocity_normal_force_and_dimensionless_slope(block, left, half, nl, on_l)
-    nr, press_r = zero_velocity_normal_force_and_dimensionless_slope(block, right, half, nr, on_r)
+    nl, press_l = zero_velocity_normal_force_and_its_scaled_decrease(block, left, half, nl, on_l)
+    nr, press_r = zero_velocity_normal_force_and_its_scaled_decrease(block, right, half, nr, on_r)
     ex = predicted_block.mid_step_centre_vx + half * predicted_block.negative_of_base_acceleration_x
     hz = predicted_block.mid_step_centre_vz + half * ((nl + nr) - (GRAVITY + predicted_block.upward_base_acceleration))
     hw = predicted_block.mid_step_angular_velocity - half * (inertia * (arm_l * nl + arm_r * nr))

@@ -22,7 +22,7 @@ from overturning.dem.kernel.ending import (
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
     LargestTiltRatioInSecondHalfAfterRecord,
-    updated_largest_tilt_ratio_near_case_end,
+    largest_tilt_ratio_in_second_half_after_record,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.model.status import CaseStatus
@@ -158,7 +158,7 @@ def update_late_largest_tilt_and_return_case_status(
     ):
         return CaseStatus.SIMULATED
     tilt, rise = abs(s.angle) / block.critical_angle, s.centre_z - block.half_height
-    late_tilt = updated_largest_tilt_ratio_near_case_end(
+    late_tilt = largest_tilt_ratio_in_second_half_after_record(
         state[LARGEST_TILT_RATIO_AT_END_ROW_OFFSET + lane], course, sample, record_end_sample, tilt, rise
     )
     state[LARGEST_TILT_RATIO_AT_END_ROW_OFFSET + lane] = late_tilt

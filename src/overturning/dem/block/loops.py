@@ -33,7 +33,7 @@ from overturning.dem.kernel.clock import (
     BLOCK_STEP_CONTROL,
     CaseStepLengthsAndDoublingCounts,
     NextStepToAttempt,
-    decide_rejection_and_next_step,
+    decide_rejection_sliding_and_next_step,
 )
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple
 from overturning.dem.time_step import IntegrationScheme
@@ -61,7 +61,7 @@ def unused_block_state_fields(with_vertical_base_motion: bool, with_friction: bo
     """Return the names of block state variables that are not needed without vertical base motion, or friction."""
     springs = [] if with_friction else [
         "tangential_stretch", "x_position", "velocity_x", "left_signed_mu_or_zero_if_sticking",
-        "right_signed_mu_or_zero_if_sticking", "repeats_with_corrected_sliding",
+        "right_signed_mu_or_zero_if_sticking", "repetitions_with_corrected_sliding_so_far",
     ]  # fmt: skip
     return springs if with_vertical_base_motion else [*springs, "upward_base_acceleration"]
 
@@ -211,12 +211,12 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
             )
             findings = commit.contact_changes_in_block_step(block, case_step_control, length, fine, both, with_friction)
             end_tick = s.ticks_since_sample_start + length
-            again, sooner, attempt = decide_rejection_and_next_step(
+            again, sooner, attempt = decide_rejection_sliding_and_next_step(
                 BLOCK_STEP_CONTROL, case_step_control, attempt, findings, end_tick, ticks_per_sample
             )
             mu_if_sliding = SignedFrictionCoefficientOrZeroIfSticking(mu_left, mu_right)
             assumed = commit.assumed_signed_friction_for_next_attempt(
-                mu_if_sliding, fine, both, attempt.repeats_with_corrected_sliding > 0.0, sooner
+                mu_if_sliding, fine, both, attempt.repetitions_with_corrected_sliding_so_far > 0.0, sooner
             )
             accepted = BlockAfterAttemptedStep(s, load_peaks(state, j), load_energy_account(state, j))
             accepted = commit.compute_block_state_after_step_if_accepted(

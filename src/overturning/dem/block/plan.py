@@ -33,7 +33,7 @@ from overturning.dem.plan import (
     group_numbers_of_equal_cases,
 )
 from overturning.dem.quiet import (
-    MAX_REST_TO_ONSET_THRESHOLD_RATIO,
+    MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO,
     dynamic_to_static_force_ratio_upper_bound,
     largest_acceleration_without_motion_g,
     simulated_sample_ranges_and_stays_at_rest,
@@ -219,7 +219,7 @@ def plan_block_simulation(
     friction = np.asarray(cases.friction) if law.friction is None else np.full(cases.case_count, law.friction)
     amplitude, tilt = np.asarray(cases.amplitude), np.asarray(cases.initial_tilt)
     width = ratio * height
-    normal, tangential, dashpot = law.contact_without_friction.normal_shear_stiffness_and_damping_per_mass(
+    normal, tangential, dashpot = law.contact_without_friction.corner_stiffness_and_damping_per_mass(
         width, height, density
     )
     dashpot = dashpot * np.asarray(cases.damping_factor)
@@ -247,7 +247,7 @@ def plan_block_simulation(
             delay = dashpot / np.maximum(normal, tangential)
             overshoot = dynamic_to_static_force_ratio_upper_bound(slowest, delay, interval)
             rest_limit = largest_acceleration_without_motion_g(
-                ratio, friction, ratio, overshoot, MAX_REST_TO_ONSET_THRESHOLD_RATIO
+                ratio, friction, ratio, overshoot, MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO
             )
     table, alpha = np.zeros(cases.case_count, CASE_TABLE_DTYPE), evaluate_and_round_to_12_decimals(np.arctan, ratio)
     control, step_ratio = BLOCK_STEP_CONTROL, lengths.requested_to_automatic_step_ratio

@@ -104,21 +104,21 @@ store_upward_base_acceleration = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BlockAccelerationsFromBaseMotion, "upward_base_acceleration"
 ).store
 STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
-ROTATION_COSINE_ROW, ROTATION_SINE_ROW, TICKS_SINCE_SAMPLE_START_ROW, LAST_UPRIGHT_TICK_IN_SAMPLE_ROW = (
-    STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos"), STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start"),
-    STATE_ROW_LAYOUT.row_offset_of_field(BlockPeaksAndLastUprightTick,
-    "last_tick_in_sample_below_critical_angle"),
-)  # fmt: skip
-NEXT_STEP_LENGTH_ROW = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
-REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+ROTATION_COSINE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos")
+ROTATION_SINE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin")
+TICKS_SINCE_SAMPLE_START_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start")
+LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
+    BlockPeaksAndLastUprightTick, "last_tick_in_sample_below_critical_angle"
+)
+NEXT_STEP_LENGTH_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
+REST_ACCELERATION_LIMIT_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
     RestAccelerationLimitAndAtRestFlag, "max_base_acceleration_without_motion_g"
 )
-AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+AT_REST_AT_SAMPLE_START_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
     RestAccelerationLimitAndAtRestFlag, "was_at_rest_at_sample_start"
 )
-CURRENT_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
-LAST_UPRIGHT_TIME_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
+CURRENT_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
+LAST_UPRIGHT_TIME_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
 
 
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
@@ -185,7 +185,7 @@ def write_block_constants_and_initial_state(
     store_signed_friction_or_zero(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
     store_peaks(state, lane, BlockPeaksAndLastUprightTick(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
-    state[REST_ACCELERATION_LIMIT_ROW + lane] = case_table_row.max_base_acceleration_without_motion_g
+    state[REST_ACCELERATION_LIMIT_ROW_OFFSET + lane] = case_table_row.max_base_acceleration_without_motion_g
     store_case_progress(state, lane, CaseProgress(
         case_table_row.amplitude_factor, case_table_row.first_simulated_sample,
         case_table_row.cannot_start_moving_from_sample,
@@ -224,16 +224,22 @@ def advance_sample_load_motion_and_normalise_rotation(
     ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
     for j in range(assume_vector_multiple(computed_lane_count)):
         s = load_state(state, j)
-        state[ROTATION_COSINE_ROW + j], state[ROTATION_SINE_ROW + j] = normalise_cosine_and_sine(s.cos, s.sin)
+        state[ROTATION_COSINE_ROW_OFFSET + j], state[ROTATION_SINE_ROW_OFFSET + j] = normalise_cosine_and_sine(
+            s.cos, s.sin
+        )
         begun = continuation_sample_tick_and_last_upright_time(
             load_case_progress(state, j),
             s.ticks_since_sample_start,
-            state[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j],
+            state[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j],
             ticks,
             interval,
         )
-        state[CURRENT_SAMPLE_ROW + j], state[TICKS_SINCE_SAMPLE_START_ROW + j], state[LAST_UPRIGHT_TIME_ROW + j] = begun
-        state[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] = -1.0
+        (
+            state[CURRENT_SAMPLE_ROW_OFFSET + j],
+            state[TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j],
+            state[LAST_UPRIGHT_TIME_ROW_OFFSET + j],
+        ) = begun
+        state[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j] = -1.0
     last = across.shape[1] - 3
     for j in range(assume_vector_multiple(computed_lane_count)):
         course = load_case_progress(state, j)
@@ -275,7 +281,7 @@ def attempt_steps_until_next_check(
         if path.shape[0] < recorded_row_count + attempted_steps_between_end_checks:
             return path, -1
     for done in range(0, attempted_steps_between_end_checks, stride):
-        if path.shape[0] > 0 and (done == 0 or state[TICKS_SINCE_SAMPLE_START_ROW] == ticks):
+        if path.shape[0] > 0 and (done == 0 or state[TICKS_SINCE_SAMPLE_START_ROW_OFFSET] == ticks):
             write_block_trajectory_row(
                 state,
                 0,
@@ -353,14 +359,14 @@ def mark_resting_blocks_and_skip_samples(
         course = load_case_progress(state, j)
         s = load_state(state, j)
         block = load_block_constants(state, j)
-        length = state[NEXT_STEP_LENGTH_ROW + j]
+        length = state[NEXT_STEP_LENGTH_ROW_OFFSET + j]
         mu_left, mu_right = load_assumed_signed_friction(state, j)
         now = course.current_sample + s.ticks_since_sample_start * (1.0 / ticks_per_sample)
         still = body_is_still(
             max_of_translation_and_half_height_rotation(s.centre_vx, s.centre_vz, s.angular_velocity, block),
             max_of_translation_and_half_height_rotation(s.centre_ax, s.centre_az, s.angular_acceleration, block),
             length * block.seconds_per_tick,
-            state[REST_ACCELERATION_LIMIT_ROW + j],
+            state[REST_ACCELERATION_LIMIT_ROW_OFFSET + j],
         )
         held = (
             (s.left.normal_force_per_mass > 0.0)
@@ -368,17 +374,17 @@ def mark_resting_blocks_and_skip_samples(
             & ((mu_left == 0.0) & (mu_right == 0.0))
         )
         resting = (length >= TICKS_PER_WHOLE_STEP) & is_rest_check_sample(now) & held & still
-        state[AT_REST_AT_SAMPLE_START_ROW + j] = 1.0 if resting else 0.0
+        state[AT_REST_AT_SAMPLE_START_ROW_OFFSET + j] = 1.0 if resting else 0.0
         count += 1 if resting else 0
     for j in range(active_lane_count if count > 0 else 0):
-        if state[AT_REST_AT_SAMPLE_START_ROW + j] > 0.0:
+        if state[AT_REST_AT_SAMPLE_START_ROW_OFFSET + j] > 0.0:
             course = load_case_progress(state, j)
-            now = course.current_sample + state[TICKS_SINCE_SAMPLE_START_ROW + j] * (1.0 / ticks_per_sample)
+            now = course.current_sample + state[TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] * (1.0 / ticks_per_sample)
             samples = count_skippable_samples(
                 ground_motion, motion_row_by_case[case_index_by_lane[j]], now, course.amplitude_factor,
-                state[REST_ACCELERATION_LIMIT_ROW + j],
+                state[REST_ACCELERATION_LIMIT_ROW_OFFSET + j],
             )  # fmt: skip
-            state[CURRENT_SAMPLE_ROW + j] += samples
+            state[CURRENT_SAMPLE_ROW_OFFSET + j] += samples
             skipped_sample_count_by_lane_out[j] += samples
 
 

@@ -182,18 +182,20 @@ def lowest_and_highest_base_points_rest(
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
 load_body_axes = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3).load
 load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState).load
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
+load_extreme_vertices_and_landing_state, store_extreme_vertices_and_landing_state, _ = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
+)
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
 load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
     ContactPointAtStepStartAndEnd, "at_step_start"
 ).load
 VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
-POINT_REMAINING_LANDING_TIME_ROW_OFFSET, POINT_PENETRATION_AT_STEP_START_ROW = (
+POINT_REMAINING_LANDING_TIME_ROW_OFFSET, POINT_PENETRATION_AT_STEP_START_ROW_OFFSET = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.remaining_flat_landing_time"),
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.penetration"),
 )
-SHORTEST_REMAINING_LANDING_TIME_ROW, LONGEST_REMAINING_LANDING_TIME_ROW = (
+SHORTEST_REMAINING_LANDING_TIME_ROW_OFFSET, LONGEST_REMAINING_LANDING_TIME_ROW_OFFSET = (
     STATE_ROW_LAYOUT.row_offset_of_field(BodyBaseContactState, "shortest_remaining_impact_time_of_base_points"),
     STATE_ROW_LAYOUT.row_offset_of_field(BodyBaseContactState, "longest_landing_time_left_of_loaded_points"),
 )
@@ -208,7 +210,7 @@ def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
     """True if a flat landing (all points of the base in one impact) is under way in any case computed in parallel."""
     number = 0
     for j in range(assume_vector_multiple(lane_count)):
-        number += 1 if is_body_in_flat_landing(load_base_contact(body_states, j)) else 0
+        number += 1 if is_body_in_flat_landing(load_extreme_vertices_and_landing_state(body_states, j)) else 0
     return number > 0
 
 
@@ -280,7 +282,7 @@ def compute_base_contact_states(
                 behind.penetration,
             )
             tilting = 0.0 if body.friction * body.centre_height <= body.round_base_radius_or_zero else 1.0
-            store_base_contact(
+            store_extreme_vertices_and_landing_state(
                 body_states,
                 j,
                 BodyBaseContactState(
@@ -298,19 +300,19 @@ def compute_base_contact_states(
     for j in range(assume_vector_multiple(lane_count)):
         first = BodyBaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         other = BodyBaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
-        store_base_contact(body_states, j, first if few else other)
+        store_extreme_vertices_and_landing_state(body_states, j, first if few else other)
     for point in range(0, 2 * start_index_of_second_vertices_of_pairs, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         for j in range(assume_vector_multiple(lane_count)):
             of_base = vertex_belongs_to_base(load_body_constants(body_states, j), load_vertex(one, j))
             left, least = (
                 one[POINT_REMAINING_LANDING_TIME_ROW_OFFSET + j],
-                body_states[SHORTEST_REMAINING_LANDING_TIME_ROW + j],
+                body_states[SHORTEST_REMAINING_LANDING_TIME_ROW_OFFSET + j],
             )
-            body_states[SHORTEST_REMAINING_LANDING_TIME_ROW + j] = left if of_base & (left < least) else least
-            longest = body_states[LONGEST_REMAINING_LANDING_TIME_ROW + j]
-            body_states[LONGEST_REMAINING_LANDING_TIME_ROW + j] = (
-                longest_landing_time_including_point(longest, left, one[POINT_PENETRATION_AT_STEP_START_ROW + j])
+            body_states[SHORTEST_REMAINING_LANDING_TIME_ROW_OFFSET + j] = left if of_base & (left < least) else least
+            longest = body_states[LONGEST_REMAINING_LANDING_TIME_ROW_OFFSET + j]
+            body_states[LONGEST_REMAINING_LANDING_TIME_ROW_OFFSET + j] = (
+                longest_landing_time_including_point(longest, left, one[POINT_PENETRATION_AT_STEP_START_ROW_OFFSET + j])
                 if of_base
                 else longest
             )
@@ -323,8 +325,8 @@ def compute_base_contact_states(
     for point in range(0, 2 * start_index_of_second_vertices_of_pairs, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
         for j in range(assume_vector_multiple(lane_count)):
-            base_contact = load_base_contact(body_states, j)
-            store_base_contact(body_states, j, update_lowest_and_highest_base_vertex(
+            base_contact = load_extreme_vertices_and_landing_state(body_states, j)
+            store_extreme_vertices_and_landing_state(body_states, j, update_lowest_and_highest_base_vertex(
                 load_body_constants(body_states, j), base_contact, load_body_axes(body_states, j), load_vertex(one, j),
                 load_point_state_at_step_start(one, j),
             ))  # fmt: skip

@@ -262,7 +262,7 @@ def predict_contact_point(
         is_assumed_to_slide=1.0 if slides else 0.0,
         friction_direction_x=dx,
         friction_direction_y=dy,
-        is_deferred_until_base_ends_rest_on_ground=1.0 if deferred else 0.0,
+        is_load_deferred_until_both_base_ends_rest=1.0 if deferred else 0.0,
         body_lands_flat=1.0 if flat else 0.0,
         tilting_share_of_friction_moment=tilting,
         tilting_share_of_friction_moment_in_flat_landing=base_tilting,

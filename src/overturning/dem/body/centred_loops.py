@@ -23,7 +23,7 @@ from overturning.dem.body.centred import (
 )
 from overturning.dem.body.commit import (
     BodyAfterAcceptedStep,
-    base_acceleration_stays_below_limit,
+    base_acceleration_allows_sample_long_steps,
     complete_body_step,
     compute_point_forces,
     contact_changes_in_body_step,
@@ -54,7 +54,7 @@ from overturning.dem.kernel.clock import (
     BODY_STEP_CONTROL,
     CaseStepLengthsAndDoublingCounts,
     NextStepToAttempt,
-    decide_rejection_and_next_step,
+    decide_rejection_sliding_and_next_step,
 )
 from overturning.dem.kernel.lanes import (
     INTERNAL_COMPILE_OPTIONS,
@@ -69,7 +69,9 @@ load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialA
 load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
 load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
-load_base_contact, store_base_contact, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
+load_extreme_vertices_and_landing_state, store_extreme_vertices_and_landing_state, _ = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
+)
 load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick)
 load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BodyEnergyAndMomentumAccount
@@ -80,14 +82,16 @@ load_rejection, store_step_rejection_flags, _ = STATE_ROW_LAYOUT.tuple_reader_an
 )
 load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load
 load_predicted_body, store_predicted_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
-load_force_sums_and_derivatives, store_force_sums_and_derivatives, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactForcesAndNegatedVelocityDerivatives
+load_forces_and_velocity_derivatives, store_forces_and_velocity_derivatives, _ = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForcesAndNegatedVelocityDerivatives)
 )
 load_velocity_correction, store_velocity_correction, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BodyVelocityCorrection
 )
 load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceAndMomentSum)
-load_contact_changes, store_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(LargestContactChangesOfBody)
+load_largest_contact_changes, store_largest_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    LargestContactChangesOfBody
+)
 add_equations = create_tuple_sum_difference_and_maximum_functions(ContactForcesAndNegatedVelocityDerivatives).plus
 add_contact_force_and_moment_sums = create_tuple_sum_difference_and_maximum_functions(ContactForceAndMomentSum).plus
 larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfBody).largest
@@ -101,7 +105,7 @@ load_body_point_state_at_step_end, store_body_point_state_at_step_end, _ = VERTE
 )
 VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
-SLID_IN_LAST_STEP_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
+SLID_IN_LAST_STEP_OR_ATTEMPT_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
     ContactPointAtStepStartAndEnd, "at_step_start.slid_in_last_step_or_rejected_attempt"
 )
 """Array index at which the flags `BodyContactPointState.slid_in_last_step_or_rejected_attempt` start."""
@@ -134,7 +138,7 @@ def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_
         )
         p = load_vertex(vertex_rows, j)
         q = load_vertex(opposite_rows, j)
-        base_contact = load_base_contact(body_states, j)
+        base_contact = load_extreme_vertices_and_landing_state(body_states, j)
         flat = is_body_in_flat_landing(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
         tilting_share = base_contact.tilting_share_of_friction_moment_in_flat_landing
@@ -150,7 +154,7 @@ def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_contact_of_rim_point_pair(
+def predict_contact_of_opposite_rim_points(
     body_states: Any,
     point_rows: Any,
     opposite_rows: Any,
@@ -174,9 +178,9 @@ def predict_contact_of_rim_point_pair(
             load_point_state_at_step_start(point_rows, j),
             load_point_state_at_step_start(opposite_rows, j),
             (unit_component_across_lean != 0.0)
-            & (not lowest_and_highest_base_points_rest(load_base_contact(body_states, j))),
+            & (not lowest_and_highest_base_points_rest(load_extreme_vertices_and_landing_state(body_states, j))),
         )
-        base_contact = load_base_contact(body_states, j)
+        base_contact = load_extreme_vertices_and_landing_state(body_states, j)
         flat = is_body_in_flat_landing(base_contact)
         new_landing = remaining_landing_time_of_new_contact(body, base_contact)
         tilting_share = base_contact.tilting_share_of_friction_moment_in_flat_landing
@@ -211,8 +215,8 @@ def add_contact_terms_of_point_pair(
         )
         part = add_equations(a, b)
         if none_if_first_pair is not None:
-            part = add_equations(load_force_sums_and_derivatives(body_states, j), part)
-        store_force_sums_and_derivatives(body_states, j, part)
+            part = add_equations(load_forces_and_velocity_derivatives(body_states, j), part)
+        store_forces_and_velocity_derivatives(body_states, j, part)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -221,7 +225,7 @@ def solve_velocity_corrections(body_states: Any, lane_count: int) -> None:
     for j in range(assume_vector_multiple(lane_count)):
         store_velocity_correction(body_states, j, solve_velocity_correction(
             load_body_constants(body_states, j), load_state(body_states, j), load_predicted_body(body_states, j),
-            load_force_sums_and_derivatives(body_states, j),
+            load_forces_and_velocity_derivatives(body_states, j),
         ))  # fmt: skip
 
 
@@ -266,10 +270,10 @@ def compute_point_pair_forces_and_new_states(
         if none_if_first_pair is not None:
             forces, findings = (
                 add_contact_force_and_moment_sums(load_contact_force_sum(body_states, j), forces),
-                larger_contact_changes(load_contact_changes(body_states, j), findings),
+                larger_contact_changes(load_largest_contact_changes(body_states, j), findings),
             )
         store_contact_force_sum(body_states, j, forces)
-        store_contact_changes(body_states, j, findings)
+        store_largest_contact_changes(body_states, j, findings)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -280,17 +284,17 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         s = load_state(body_states, j)
         attempt = load_next_step_to_attempt(body_states, j)
         t = load_contact_force_sum(body_states, j)
-        most = load_contact_changes(body_states, j)
+        most = load_largest_contact_changes(body_states, j)
         w, d = load_predicted_body(body_states, j), load_velocity_correction(body_states, j)
         fast = lowest_rim_point_moves_too_far_in_step(s, w, most) if base_is_round else False
-        steady = base_acceleration_stays_below_limit(
+        steady = base_acceleration_allows_sample_long_steps(
             load_inertial_accelerations(body_states, j),
             w.negative_horizontal_and_upward_base_acceleration,
             ticks_per_sample,
             load_termination_limits(body_states, j).max_base_acceleration_for_sample_long_steps_g,
         )
         findings = contact_changes_in_body_step(most, t.force_per_mass.z, fast, steady)
-        again, sooner, following = decide_rejection_and_next_step(
+        again, sooner, following = decide_rejection_sliding_and_next_step(
             BODY_STEP_CONTROL,
             load_step_control(body_states, j),
             attempt,
@@ -315,9 +319,9 @@ def update_contact_point_states_after_attempted_steps(body_states: Any, point_ro
     for j in range(assume_vector_multiple(lane_count)):
         new, rejected = load_body_point_state_at_step_end(point_rows, j), load_rejection(body_states, j)
         store_point_state_at_step_start_unless_rejected(point_rows, j, rejected.is_step_rejected > 0.0, new)
-        point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j] = select(
+        point_rows[SLID_IN_LAST_STEP_OR_ATTEMPT_ROW_OFFSET + j] = select(
             rejected.next_attempt_keeps_slip_assumption > 0.0,
-            point_rows[SLID_IN_LAST_STEP_ROW_OFFSET + j],
+            point_rows[SLID_IN_LAST_STEP_OR_ATTEMPT_ROW_OFFSET + j],
             new.slid_in_last_step_or_rejected_attempt,
         )
 
@@ -351,7 +355,7 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
                 other = vertex_rows[half + pair : half + pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
                 if base_is_round:
                     ahead = 1.0 if pair == 0 else 0.0
-                    predict_contact_of_rim_point_pair(body_states, one, other, lane_count, ahead, 1.0 - ahead)
+                    predict_contact_of_opposite_rim_points(body_states, one, other, lane_count, ahead, 1.0 - ahead)
                 else:
                     predict_contact_of_vertex_pair(body_states, one, other, lane_count)
                 if pair == 0:

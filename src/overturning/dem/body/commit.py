@@ -150,7 +150,7 @@ def compute_point_forces(
     depth = predicted_point.penetration - half * e.z
     tx = predicted_point.tangential_spring_stretch_x + half * e.x
     ty = predicted_point.tangential_spring_stretch_y + half * e.y
-    depth = 0.0 if (predicted_point.is_deferred_until_base_ends_rest_on_ground > 0.0) & (depth > 0.0) else depth
+    depth = 0.0 if (predicted_point.is_load_deferred_until_both_base_ends_rest > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, old.penetration > 0.0
     spring = body.point_normal_stiffness_per_mass * depth if inside else 0.0
     n = spring - body.point_dashpot_constant_per_mass * u.z
@@ -227,7 +227,7 @@ def lowest_rim_point_moves_too_far_in_step(
 
 
 @njit(**INLINE_OPTIONS)
-def base_acceleration_stays_below_limit(
+def base_acceleration_allows_sample_long_steps(
     inertial_and_upward_base_accelerations: InertialAndUpwardBaseAccelerations3D,
     inertial_xy_and_up_acceleration_at_step_end: Vector3,
     ticks_per_sample: float,

@@ -40,8 +40,8 @@ from overturning.dem.kernel.ending import (
     LargestTiltRatioInSecondHalfAfterRecord,
     LastSampleOfContinuedSlidingCase,
     body_is_still,
+    largest_tilt_ratio_in_second_half_after_record,
     set_slide_end_once_and_check_case_continues,
-    updated_largest_tilt_ratio_near_case_end,
 )
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
@@ -65,10 +65,10 @@ VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
 NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
 """Array index at which the lengths of the next steps to attempt, ticks, start."""
-LARGEST_TILT_RATIO_AFTER_RECORD_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+LARGEST_TILT_RATIO_AFTER_RECORD_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
     LargestTiltRatioInSecondHalfAfterRecord, "largest_tilt_over_critical_angle"
 )
-SLIDING_CASE_END_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+SLIDING_CASE_END_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
     LastSampleOfContinuedSlidingCase, "end_sample_while_sliding_or_zero_if_unknown"
 )
 
@@ -271,10 +271,10 @@ def update_late_tilt_and_return_case_status(
         / body.critical_lean_as_continued_squared_sine
     )
     rise = s.centre_position.z - body.centre_height
-    late_tilt = updated_largest_tilt_ratio_near_case_end(
-        body_states[LARGEST_TILT_RATIO_AFTER_RECORD_ROW + lane], course, sample, record_sample_count, tilt, rise
+    late_tilt = largest_tilt_ratio_in_second_half_after_record(
+        body_states[LARGEST_TILT_RATIO_AFTER_RECORD_ROW_OFFSET + lane], course, sample, record_sample_count, tilt, rise
     )
-    body_states[LARGEST_TILT_RATIO_AFTER_RECORD_ROW + lane] = late_tilt
+    body_states[LARGEST_TILT_RATIO_AFTER_RECORD_ROW_OFFSET + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
     if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
@@ -287,7 +287,7 @@ def update_late_tilt_and_return_case_status(
         gyration = max(limits.min_base_edge_distance_from_centre, 1.0 / np.sqrt(body.mass_times_inverse_inertia.zz))
         time = np.sqrt(squared_base_speed_including_spin(body, s, gyration)) / (GRAVITY * body.friction)
         if set_slide_end_once_and_check_case_continues(
-            body_states, SLIDING_CASE_END_SAMPLE_ROW + lane, sample, time, body.tick_length_s * ticks_per_sample
+            body_states, SLIDING_CASE_END_SAMPLE_ROW_OFFSET + lane, sample, time, body.tick_length_s * ticks_per_sample
         ):
             return CASE_NOT_ENDED
     return CaseStatus.SIMULATED

@@ -26,7 +26,7 @@ def rotate_to_east_north_up(
     return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
 
 
-def axes_that_are_vertical_at_rest(rest_to_current_quaternions_wxyz: FloatArray) -> FloatArray:
+def current_directions_of_axis_vertical_at_rest(rest_to_current_quaternions_wxyz: FloatArray) -> FloatArray:
     """Return the body axis that is vertical at rest, unit vectors of shape (…, 3), from quaternions (w, x, y, z)."""
     w, x, y, z = np.moveaxis(rest_to_current_quaternions_wxyz, -1, 0)
     return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
@@ -54,7 +54,7 @@ class BodyTrajectory:
             return np.stack([self.rows[name] for name in column_names], axis=-1)
 
         quaternion = trajectory_vectors_from_columns("qw", "qx", "qy", "qz")
-        axis = to_east_north_up(axes_that_are_vertical_at_rest(quaternion))
+        axis = to_east_north_up(current_directions_of_axis_vertical_at_rest(quaternion))
         variables = {
             "place": dataset_variable_tuple(
                 "time enu",

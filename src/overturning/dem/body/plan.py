@@ -36,7 +36,7 @@ from overturning.dem.limits import (
 from overturning.dem.numerics import BODY_STEP_COST_IN_BLOCK_STEPS, NumericalOptions
 from overturning.dem.plan import SimulationPlan, group_numbers_of_equal_cases
 from overturning.dem.quiet import (
-    MAX_REST_TO_ONSET_THRESHOLD_RATIO,
+    MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO,
     dynamic_to_static_force_ratio_upper_bound,
     largest_acceleration_without_motion_g,
     simulated_sample_ranges_and_stays_at_rest,
@@ -209,7 +209,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         np.stack([cases.height, cases.b_over_h, cases.aspect], axis=1), axis=0, return_inverse=True
     )
     made = [_cached_solid_of_shape(shape, *size) for size in sizes.tolist()]
-    laws = np.array([contact.normal_shear_stiffness_and_damping_per_mass(body) for body in made])
+    laws = np.array([contact.corner_stiffness_and_damping_per_mass(body) for body in made])
     modes = np.array([largest_squared_frequency_on_unit_springs(body) for body in made])
     foot = np.array([body.centre_height for body in made])
     reach = np.array([body.min_base_edge_distance_from_centre for body in made])
@@ -244,7 +244,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
         ),
         # The points of a rim store velocities, which would oscillate in steps of a sample.
         "max_base_acceleration_for_sample_long_steps_g": (
-            MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold if has_vertices_at_rest else 0.0
+            MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO * threshold if has_vertices_at_rest else 0.0
         ),
         **pace,
     }  # fmt: skip
@@ -327,7 +327,7 @@ def _rest_acceleration_limit_g_by_case(
     )
     return largest_acceleration_without_motion_g(
         ratio[solid_index_by_case], friction_by_case * unloads[solid_index_by_case, 1],
-        unloads[solid_index_by_case, 0], rings, MAX_REST_TO_ONSET_THRESHOLD_RATIO,
+        unloads[solid_index_by_case, 0], rings, MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO,
     )  # fmt: skip
 
 

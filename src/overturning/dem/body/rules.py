@@ -129,22 +129,22 @@ STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
 """Number of rows, of one value per lane, that hold a body without its vertices."""
 VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 """Number of values in the state array that hold one vertex or rim point, over all lanes."""
-TICKS_SINCE_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start")
-LAST_UPRIGHT_TICK_IN_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+TICKS_SINCE_SAMPLE_START_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start")
+LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
     BodyPeaksAndLastUprightTick, "last_upright_tick_in_sample"
 )
-NEXT_STEP_LENGTH_ROW, LOADED_SAMPLE_NUMBER_ROW = (
+NEXT_STEP_LENGTH_ROW_OFFSET, LOADED_SAMPLE_NUMBER_ROW_OFFSET = (
     STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
     STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
-REST_ACCELERATION_LIMIT_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+REST_ACCELERATION_LIMIT_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
     RestAccelerationLimitAndAtRestFlag, "max_base_acceleration_without_motion_g"
 )
-AT_REST_AT_SAMPLE_START_ROW = STATE_ROW_LAYOUT.row_offset_of_field(
+AT_REST_AT_SAMPLE_START_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
     RestAccelerationLimitAndAtRestFlag, "was_at_rest_at_sample_start"
 )
-CURRENT_SAMPLE_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
-LAST_UPRIGHT_TIME_ROW = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
+CURRENT_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
+LAST_UPRIGHT_TIME_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
 
 
 time_stepping_loop_by_tag = create_lookup_by_type(LOOP_BY_BASE_SHAPE_TAG)
@@ -211,22 +211,22 @@ def advance_sample_and_load_base_motion(
         begun = continuation_sample_tick_and_last_upright_time(
             load_case_progress(body_states, j),
             s.ticks_since_sample_start,
-            body_states[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j],
+            body_states[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j],
             ticks,
             interval,
         )
         (
-            body_states[CURRENT_SAMPLE_ROW + j],
-            body_states[TICKS_SINCE_SAMPLE_START_ROW + j],
-            body_states[LAST_UPRIGHT_TIME_ROW + j],
+            body_states[CURRENT_SAMPLE_ROW_OFFSET + j],
+            body_states[TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j],
+            body_states[LAST_UPRIGHT_TIME_ROW_OFFSET + j],
         ) = begun
-        body_states[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] = -1.0
+        body_states[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j] = -1.0
     last = up.shape[0] - 3
     for j in range(assume_vector_multiple(lane_count)):
         course = load_case_progress(body_states, j)
-        if body_states[LOADED_SAMPLE_NUMBER_ROW + j] == course.current_sample + 1.0:
+        if body_states[LOADED_SAMPLE_NUMBER_ROW_OFFSET + j] == course.current_sample + 1.0:
             continue
-        body_states[LOADED_SAMPLE_NUMBER_ROW + j] = course.current_sample + 1.0
+        body_states[LOADED_SAMPLE_NUMBER_ROW_OFFSET + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
         horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
         store_inertial_accelerations(
@@ -329,13 +329,15 @@ def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> in
     number = 0
     for j in range(active_lane_count):
         s = load_state(body_states, j)
-        length = body_states[NEXT_STEP_LENGTH_ROW + j]
-        least = MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * body_states[REST_ACCELERATION_LIMIT_ROW + j] * GRAVITY
+        length = body_states[NEXT_STEP_LENGTH_ROW_OFFSET + j]
+        least = (
+            MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * body_states[REST_ACCELERATION_LIMIT_ROW_OFFSET + j] * GRAVITY
+        )
         v, a, most = s.velocity_relative_to_base, s.acceleration_relative_to_base, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
         slow = 2.0 * abs(v.z) < most * (load_body_constants(body_states, j).tick_length_s * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & still & slow
-        body_states[AT_REST_AT_SAMPLE_START_ROW + j] = 1.0 if may else 0.0
+        body_states[AT_REST_AT_SAMPLE_START_ROW_OFFSET + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
 
@@ -358,11 +360,11 @@ def skip_samples_too_weak_to_move_resting_cases(
         return
     for j in range(active_lane_count):
         course = load_case_progress(state, j)
-        over = state[TICKS_SINCE_SAMPLE_START_ROW + j] * (1.0 / settings.ticks_per_sample)
-        rest_limit = state[REST_ACCELERATION_LIMIT_ROW + j]
+        over = state[TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] * (1.0 / settings.ticks_per_sample)
+        rest_limit = state[REST_ACCELERATION_LIMIT_ROW_OFFSET + j]
         now = course.current_sample + over
         # Test the motion first: testing the body takes longer.
-        quiet = state[AT_REST_AT_SAMPLE_START_ROW + j] > 0.0 and is_rest_check_sample(now)
+        quiet = state[AT_REST_AT_SAMPLE_START_ROW_OFFSET + j] > 0.0 and is_rest_check_sample(now)
         quiet = quiet and next_window_motion_is_below_rest_limit(
             ground, row[case_index_by_lane[j]], now, course.amplitude_factor, rest_limit
         )
@@ -370,7 +372,7 @@ def skip_samples_too_weak_to_move_resting_cases(
             samples = count_skippable_samples(
                 ground, row[case_index_by_lane[j]], now, course.amplitude_factor, rest_limit
             )
-            state[CURRENT_SAMPLE_ROW + j] += samples
+            state[CURRENT_SAMPLE_ROW_OFFSET + j] += samples
             skipped_sample_totals_by_lane_in_place[j] += samples
 
 

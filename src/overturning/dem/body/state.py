@@ -238,7 +238,7 @@ class PredictedContactPoint(NamedTuple):
     """Direction of friction, x component of a unit vector."""
     friction_direction_y: float
     """Direction of friction, y component."""
-    is_deferred_until_base_ends_rest_on_ground: float
+    is_load_deferred_until_both_base_ends_rest: float
     """1 if the point carries only after the ends of the base rest, else 0."""
     body_lands_flat: float
     """1 if the body lands flat, so that the dashpot may pull, else 0."""

@@ -27,7 +27,7 @@ class StepLimitsCommonToAllCases(NamedTuple):
     """Ticks of a whole step: a power of two, whose exponent is the largest number of halvings."""
     max_predicted_force_step_in_shortest_steps: float
     """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
-    max_repeats_with_corrected_sliding: float
+    max_repetitions_with_corrected_sliding: float
     """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
     steps_before_doubling_after_contact_change: float
     """Steps of one length after a contact change before the length doubles; more for a lightly damped contact."""
@@ -64,7 +64,7 @@ BLOCK_STEP_CONTROL: Final = StepLimitsCommonToAllCases(
     max_contact_change_step_times_omega=0.08,
     ticks_per_whole_step=2.0**24,
     max_predicted_force_step_in_shortest_steps=4.0,
-    max_repeats_with_corrected_sliding=2.0,
+    max_repetitions_with_corrected_sliding=2.0,
     steps_before_doubling_after_contact_change=8.0,
     long_step_threshold_in_shortest_steps=8.0,
     long_steps_before_doubling=2.0,
@@ -77,7 +77,7 @@ SCENE_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
 BODY_STEP_CONTROL: Final = BLOCK_STEP_CONTROL._replace(
     longest_whole_step_in_rocking_time_constants=0.004, max_contact_change_step_times_omega=0.1,
     ticks_per_whole_step=2.0**9, max_predicted_force_step_in_shortest_steps=2.0,
-    max_repeats_with_corrected_sliding=3.0, long_steps_before_doubling=4.0,
+    max_repetitions_with_corrected_sliding=3.0, long_steps_before_doubling=4.0,
 )  # fmt: skip
 # A light stone below heavy ones vibrates far faster on their stiff contacts than a single body does.
 STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(
@@ -117,7 +117,7 @@ class NextStepToAttempt(NamedTuple):
     """Length, ticks."""
     remaining_steps_before_lengthening: float
     """Steps of this length before longer ones may be tried."""
-    repeats_with_corrected_sliding: float
+    repetitions_with_corrected_sliding_so_far: float
     """Number of repetitions of this step so far with other sliding points, at the same length."""
 
 
@@ -143,7 +143,7 @@ class StepContactChanges(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def decide_rejection_and_next_step(
+def decide_rejection_sliding_and_next_step(
     kernel_step_control: StepLimitsCommonToAllCases,
     case_step_control: CaseStepLengthsAndDoublingCounts,
     attempted_step: NextStepToAttempt,
@@ -173,7 +173,10 @@ def decide_rejection_and_next_step(
         wrong
         & (
             onset
-            | (attempted_step.repeats_with_corrected_sliding >= kernel_step_control.max_repeats_with_corrected_sliding)
+            | (
+                attempted_step.repetitions_with_corrected_sliding_so_far
+                >= kernel_step_control.max_repetitions_with_corrected_sliding
+            )
         )
     )
     retry, sooner = wrong & (not halved), wrong & onset & (not contact_changes.has_velocity_against_assumed_slip)
@@ -224,5 +227,5 @@ def decide_rejection_and_next_step(
     return (
         shorter | retry,
         sooner,
-        NextStepToAttempt(then, left, attempted_step.repeats_with_corrected_sliding + 1.0 if retry else 0.0),
+        NextStepToAttempt(then, left, attempted_step.repetitions_with_corrected_sliding_so_far + 1.0 if retry else 0.0),
     )

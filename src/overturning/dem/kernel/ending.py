@@ -147,7 +147,7 @@ def body_is_still(
 
 
 @njit(**INLINE_OPTIONS)
-def updated_largest_tilt_ratio_near_case_end(
+def largest_tilt_ratio_in_second_half_after_record(
     previous_late_largest_tilt_ratio: float,
     case_progress: CaseProgress,
     current_sample: float,

@@ -322,7 +322,7 @@ def create_elementwise_function(
     ``generate_code_combining_two_numbers(builder, x, y)`` emits the LLVM code that combines two numbers.
     """
 
-    def generate_combination_instructions(context: Any, builder: Any, *llvm_numbers: Any) -> Any:
+    def generate_llvm_for_elementwise_operation(context: Any, builder: Any, *llvm_numbers: Any) -> Any:
         """Generate the LLVM instructions that combine the numbers of two tuples one by one."""
         first, second = llvm_numbers[: len(llvm_numbers) // 2], llvm_numbers[len(llvm_numbers) // 2 :]
         return build_llvm_tuple(
@@ -332,7 +332,7 @@ def create_elementwise_function(
             (generate_code_combining_two_numbers(builder, *two) for two in zip(first, second, strict=True)),
         )
 
-    generated = GeneratedLlvmFunction(machine_code_name, generate_combination_instructions)
+    generated = GeneratedLlvmFunction(machine_code_name, generate_llvm_for_elementwise_operation)
 
     def signature_and_generator_for_combination(
         _typing_context: Any, first_tuple_type: Any, second_tuple_type: Any

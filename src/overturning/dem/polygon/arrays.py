@@ -213,7 +213,7 @@ def _element_state_at_rest(
     )
     free = (
         (0.0, 0.0, 0.0, 0.0)
-        if item.is_driven_or_held
+        if item.has_prescribed_motion
         else (1.0 / item.mass, 1.0 / item.inertia_about_centre_of_mass, item.mass, 1.0)
     )
     support = placed[prepared_scene.support_element_indices[element_index]]
@@ -240,7 +240,7 @@ def _element_state_at_rest(
             last_recoverable_tick_in_sample=-1.0,
             power_against_inertial_or_fixing_forces=0.0,
         ),
-        motion_since_first_contact_test_pause=k.ElementMotionSinceContactTestsPaused(0.0, 0.0),
+        motion_since_first_contact_test_pause=k.ElementMotionSinceFirstPairSuspended(0.0, 0.0),
         slip_fall_side_and_last_upright_time=k.ElementSlipFallSideAndLastUprightTime(0.0, 0.0, 0.0, 0.0, 0.0),
         rest_pose_and_slip_measurement_points=k.ElementRestPoseAndSlipMeasurementPoints(
             x - item.centre_of_mass_x,
@@ -263,11 +263,11 @@ def _pair_state_at_rest(
     """Return the contact state at rest of two convex pieces, one each of elements a and b of the prepared scene."""
     placed, laws, pair = prepared_scene.elements, prepared_scene.pair_contact_laws, prepared_scene.pairs[pair_index]
     tangential = laws.tangential_stiffness[pair_index]
-    ends = [k.PlanarContactPointStateAfterLastStep(0.0, k.CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0)] * 2
+    ends = [k.PlanarContactPointStateAfterLastStep(0.0, k.CONTACT_CODE_OPEN, 0.0, 0.0, 0.0)] * 2
     for end in prepared_scene.contact_points_loaded_at_rest:
         if end.pair_index == pair_index:
             of_a = _contact_vertex_belongs_to_first_element(piece_of_a, piece_of_b, end.point_number)
-            carrier = k.CONTACT_VERTEX_IS_OF_A if of_a else k.CONTACT_VERTEX_IS_OF_B
+            carrier = k.CONTACT_CODE_VERTEX_OF_A if of_a else k.CONTACT_CODE_VERTEX_OF_B
             ends[end.point_number] = k.PlanarContactPointStateAfterLastStep(
                 end.tangential_spring_stretch, carrier, 0.0, 0.0, 0.0
             )
@@ -277,7 +277,7 @@ def _pair_state_at_rest(
     return k.PairState(
         nearest_face_of_a=face,
         nearest_face_of_b=face,
-        contact_vertex_ranges=k.VertexContactLimitsAlongOppositeFace(0.0, 0.0, 0.0, 0.0),
+        ranges_where_vertices_touch_opposite_faces=k.VertexContactLimitsAlongOppositeFace(0.0, 0.0, 0.0, 0.0),
         contact_law=k.ContactPointConstants(
             laws.normal_stiffness[pair_index],
             tangential,
@@ -291,7 +291,7 @@ def _pair_state_at_rest(
         nearest_faces=k.NearestFacesAndMotionLimits(
             face_index_of_a=-1.0,
             face_index_of_b=-1.0,
-            lever_arm_for_rotation_in_motion_sum=0.0,
+            lever_arm_converting_rotation_to_motion=0.0,
             max_motion_keeping_nearest_faces=settled,
             max_motion_without_contact=-1.0,
             motion_since_face_search=0.0,
@@ -313,9 +313,9 @@ def pair_uses_flat_landing_rule(elements: list[PlacedElement], element_index_a: 
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
     """
-    heaviest = max(item.mass for item in elements if not item.is_driven_or_held)
+    heaviest = max(item.mass for item in elements if not item.has_prescribed_motion)
     return all(
-        elements[n].is_driven_or_held or elements[n].mass >= MIN_MASS_RATIO_TO_HEAVIEST_FOR_FLAT_LANDING * heaviest
+        elements[n].has_prescribed_motion or elements[n].mass >= MIN_MASS_RATIO_TO_HEAVIEST_FOR_FLAT_LANDING * heaviest
         for n in (element_index_a, element_index_b)
     )
 
@@ -380,7 +380,7 @@ def fall_limits_supports_and_overturning_energies(
     return np.array(
         [
             (
-                not item.is_driven_or_held,
+                not item.has_prescribed_motion,
                 *fall_rotations_to_both_sides(item),
                 *prepared_scene.tipping_angles_by_element_and_side[k],
                 *prepared_scene.support_and_held_bottom_element_indices(k),

@@ -10,8 +10,8 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTION
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import (
+    contact_force_work_while_velocities_lag_poses,
     element_kinetic_energy,
-    energy_transferred_to_contacts_in_last_half_step,
     kinetic_and_gravitational_energy,
     scene_energy,
 )
@@ -123,7 +123,11 @@ def case_status(
     ) and no_element_tipped_dropped_or_unsupported(case_states, lane, scene_arrays, fall_and_support_table, gap):
         sliding_time = longest_time_until_sliding_stops(case_states, lane, scene_arrays)
     if set_slide_end_once_and_check_case_continues(
-        case_states, rows.SLIDING_CASE_END_SAMPLE_ROW + lane, case.current_sample, sliding_time, sampling_interval
+        case_states,
+        rows.SLIDING_CASE_END_SAMPLE_ROW_OFFSET + lane,
+        case.current_sample,
+        sliding_time,
+        sampling_interval,
     ):
         return CASE_NOT_ENDED
     still = moving < 1e-4 * limits.min_reference_energy_of_energy_error or not any_element_can_fall_without_base_motion(
@@ -199,8 +203,8 @@ def store_fall_sides_and_count_elements(
             item.rest_pose_and_slip_measurement_points.base_point_z_in_element_axes
         )
         if item.slip_fall_side_and_last_upright_time.fall_side == 0.0:
-            e[rows.FALL_SIDE_ROW + lane] = fall_side_by_peak_rotation_or_zero(item, fall_and_support_table[i])
-        stands = e[rows.FALL_SIDE_ROW + lane] == 0.0
+            e[rows.FALL_SIDE_ROW_OFFSET + lane] = fall_side_by_peak_rotation_or_zero(item, fall_and_support_table[i])
+        stands = e[rows.FALL_SIDE_ROW_OFFSET + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
         safe += int(stands and element_stands_safely(item, fall_and_support_table[i].energy_needed_to_overturn))
     return ElementCountsAndKineticEnergy(check, moving, standing, fallen, safe, slid)
@@ -283,7 +287,7 @@ def find_fallen_elements_and_store_side_and_time(
         found = False
         for i in range(fall_and_support_table.size):
             e = rows.slice_element_rows(case_states, i)
-            if fall_and_support_table[i].is_free == 0.0 or e[rows.FALL_SIDE_ROW + lane] != 0.0:
+            if fall_and_support_table[i].is_free == 0.0 or e[rows.FALL_SIDE_ROW_OFFSET + lane] != 0.0:
                 continue
             item, until = (
                 rows.load_element_state(e, lane),
@@ -292,7 +296,7 @@ def find_fallen_elements_and_store_side_and_time(
             if element_has_tipped_or_dropped(item, fall_and_support_table[i]):
                 until = item.slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_limit
             if until < np.inf:
-                e[rows.FALL_SIDE_ROW + lane], e[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane], found = (
+                e[rows.FALL_SIDE_ROW_OFFSET + lane], e[rows.LAST_TIME_ABLE_TO_RETURN_ROW_OFFSET + lane], found = (
                     fall_side_by_rotation_or_displacement(item, fall_and_support_table[i]), until, True,
                 )  # fmt: skip
 
@@ -326,8 +330,8 @@ def remaining_motion_cannot_move_standing_groups(
             rows.slice_element_rows(case_states, lowest_and_last_element_index_by_rocking_group[p, 1]),
         )
         if (
-            lowest[rows.FALL_SIDE_ROW + lane] == 0.0
-            and last[rows.FALL_SIDE_ROW + lane] == 0.0
+            lowest[rows.FALL_SIDE_ROW_OFFSET + lane] == 0.0
+            and last[rows.FALL_SIDE_ROW_OFFSET + lane] == 0.0
             and current_sample_index < rocking_groups_immovable_from_sample[p]
         ):
             return False
@@ -370,7 +374,7 @@ def mark_fallen_and_write_case_results(
     case_states: Any, lane: int, scene_arrays: Any, case_result_row: Any, element_result_rows_of_case: Any
 ) -> None:
     """Mark the fallen elements of a case, and write the results of the case and of its elements into table rows."""
-    v = int(case_states[rows.SCENE_VARIANT_INDEX_ROW + lane])
+    v = int(case_states[rows.SCENE_VARIANT_INDEX_ROW_OFFSET + lane])
     fall_and_support_table, limits = scene_arrays.fall_and_support_table[v], scene_arrays.termination_limits[v]
     find_fallen_elements_and_store_side_and_time(
         case_states,
@@ -379,10 +383,10 @@ def mark_fallen_and_write_case_results(
         fall_and_support_table,
         MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT * limits.max_penetration,
     )
-    work, absorbed = 0.0, energy_transferred_to_contacts_in_last_half_step(case_states, lane, scene_arrays)
+    work, absorbed = 0.0, contact_force_work_while_velocities_lag_poses(case_states, lane, scene_arrays)
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, _, _ = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
-        absorbed += q[rows.ABSORBED_ENERGY_ROW + lane]
+        absorbed += q[rows.ABSORBED_ENERGY_ROW_OFFSET + lane]
     for e in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
         totals, record = item.step_motion_with_work_and_peaks_so_far, item.slip_fall_side_and_last_upright_time

@@ -38,7 +38,7 @@ from overturning.dem.polygon.mechanics import (
     velocity_of_a_relative_to_b,
 )
 from overturning.dem.polygon.state import (
-    CONTACT_POINT_IS_OPEN,
+    CONTACT_CODE_OPEN,
     ContactPointConstants,
     PlanarContactPointStateAfterLastStep,
     StepContactChangesAsFloats,
@@ -94,7 +94,7 @@ def solved_planar_contact_point(
     )
     touches, was = (
         contact_point.vertex_projects_onto_other_face > 0.0,
-        point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN,
+        point_history.contact_vertex_status_code != CONTACT_CODE_OPEN,
     )
     inside = (depth > 0.0) & touches
     n = contact_law.normal_stiffness * depth - contact_law.dashpot_coefficient * opening
@@ -232,8 +232,8 @@ def add_solved_pair_forces_and_store_trial_history(
             results_with_slip_corrected_for_friction_work(segment, (point_1, point_2), (end_1, end_2)), law, 2.0 * half
         ))  # fmt: skip
         (
-            pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j],
-            pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j],
+            pair_state_rows[rows.POINT_1_SIGNED_FRICTION_OR_ZERO_ROW_OFFSET + j],
+            pair_state_rows[rows.POINT_2_SIGNED_FRICTION_OR_ZERO_ROW_OFFSET + j],
         ) = (
             s1.signed_friction_coefficient_or_zero_if_sticking,
             s2.signed_friction_coefficient_or_zero_if_sticking,
@@ -244,7 +244,7 @@ def add_solved_pair_forces_and_store_trial_history(
             & (end_1.force.normal_force + end_2.force.normal_force > 0.0)
         )
         changed = s1.contact_opened_closed_or_switched_vertex | s2.contact_opened_closed_or_switched_vertex
-        rows.store_contact_changes(scene_state_rows, j, StepContactChangesAsFloats(
+        rows.store_largest_contact_changes(scene_state_rows, j, StepContactChangesAsFloats(
             1.0 if changed else old.contact_or_nearest_faces_changed,
             1.0 if s1.has_wrong_slip_assumption | s2.has_wrong_slip_assumption else old.has_wrong_slip_assumption,
             1.0 if s1.has_velocity_against_assumed_slip | s2.has_velocity_against_assumed_slip
@@ -269,13 +269,13 @@ def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> 
         rows.store_contact_history_unless_rejected(
             pair_state_rows, j, decision.positive_if_rejected > 0.0, step.contact_state_after_step
         )
-        pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j] = select(
+        pair_state_rows[rows.POINT_1_SIGNED_FRICTION_OR_ZERO_ROW_OFFSET + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
             step.predicted_stretch_and_friction_at_point_1.signed_friction_coefficient_or_zero_if_sticking,
-            pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_1_ROW + j],
+            pair_state_rows[rows.POINT_1_SIGNED_FRICTION_OR_ZERO_ROW_OFFSET + j],
         )
-        pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j] = select(
+        pair_state_rows[rows.POINT_2_SIGNED_FRICTION_OR_ZERO_ROW_OFFSET + j] = select(
             decision.next_attempt_keeps_slip_assumption > 0.0,
             step.predicted_stretch_and_friction_at_point_2.signed_friction_coefficient_or_zero_if_sticking,
-            pair_state_rows[rows.SIGNED_FRICTION_COEFFICIENT_2_ROW + j],
+            pair_state_rows[rows.POINT_2_SIGNED_FRICTION_OR_ZERO_ROW_OFFSET + j],
         )

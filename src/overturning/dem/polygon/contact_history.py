@@ -8,9 +8,9 @@ from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, polygon_face, rotate_to_scene_axes
 from overturning.dem.polygon.state import (
-    CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES,
-    CONTACT_POINT_IS_OPEN,
-    CONTACT_VERTEX_IS_OF_B,
+    CONTACT_CODE_OPEN,
+    CONTACT_CODE_TRANSFERRED_FROM_OTHER_FACES,
+    CONTACT_CODE_VERTEX_OF_B,
     ElementFace,
     PairState,
     PlanarContactPointStateAfterLastStep,
@@ -22,12 +22,12 @@ from overturning.dem.polygon.state import (
 def reset_contact_history(pair_state_rows: Any, lane: int) -> None:
     """Reset both contact points of two elements to no contact and no force, for the case in column `lane`."""
     rows.store_point_1_history(
-        pair_state_rows, lane, PlanarContactPointStateAfterLastStep(0.0, CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0)
+        pair_state_rows, lane, PlanarContactPointStateAfterLastStep(0.0, CONTACT_CODE_OPEN, 0.0, 0.0, 0.0)
     )
     rows.store_point_1_history(
         pair_state_rows,
         lane + rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
-        PlanarContactPointStateAfterLastStep(0.0, CONTACT_POINT_IS_OPEN, 0.0, 0.0, 0.0),
+        PlanarContactPointStateAfterLastStep(0.0, CONTACT_CODE_OPEN, 0.0, 0.0, 0.0),
     )
 
 
@@ -56,9 +56,9 @@ def transfer_contact_history_to_new_faces(
     reset_contact_history(pair_state_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
-        if old.contact_vertex_status_code == CONTACT_POINT_IS_OPEN:
+        if old.contact_vertex_status_code == CONTACT_CODE_OPEN:
             continue
-        mine = old.contact_vertex_status_code != CONTACT_VERTEX_IS_OF_B
+        mine = old.contact_vertex_status_code != CONTACT_CODE_VERTEX_OF_B
         if mine:
             target = number_of_contact_point_inheriting_old_vertex(
                 face_table_of_a, old_face_index_of_a + end, face_a, face_a + 1
@@ -89,12 +89,12 @@ def transfer_contact_history_to_new_faces(
         )
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_point_1_history(pair_state_rows, lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2)
-        if there.contact_vertex_status_code == CONTACT_POINT_IS_OPEN or there.normal_force < n:
+        if there.contact_vertex_status_code == CONTACT_CODE_OPEN or there.normal_force < n:
             rows.store_point_1_history(
                 pair_state_rows,
                 lane + target * rows.ROW_OFFSET_FROM_POINT_1_TO_POINT_2,
                 PlanarContactPointStateAfterLastStep(
-                    old.tangential_spring_stretch, CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES, n, t, 0.0
+                    old.tangential_spring_stretch, CONTACT_CODE_TRANSFERRED_FROM_OTHER_FACES, n, t, 0.0
                 ),
             )
 
@@ -162,7 +162,7 @@ def set_pair_forces_at_rest(pair_state_rows: Any, lane: int) -> None:
     pair = rows.load_pair_state(pair_state_rows, lane)
     for end in range(2):
         old = pair.history.point_1 if end == 0 else pair.history.point_2
-        if old.contact_vertex_status_code != CONTACT_POINT_IS_OPEN:
+        if old.contact_vertex_status_code != CONTACT_CODE_OPEN:
             n = max(
                 pair.contact_law.normal_stiffness
                 * contact_vertex_position(old, end, pair.history.previous_vertex_positions).depth,

@@ -166,13 +166,13 @@ def advance_element_motion_one_step(
         )
         ground = (
             base_acceleration_at_tick(shaking.horizontal, shaking.ticks_since_sample_start)
-            * item.constants.has_inertial_forces
+            * item.constants.has_inertial_forces_in_base_frame
         )
         lift = 0.0
         if upward_base_acceleration_or_none is not None:
             lift = (
                 base_acceleration_at_tick(shaking.vertical, shaking.ticks_since_sample_start)
-                * item.constants.has_inertial_forces
+                * item.constants.has_inertial_forces_in_base_frame
             )
         a = element_acceleration_relative_to_base(item, ground, lift, gravity)
         v = extrapolate_velocity(item.velocity, a, dt)
@@ -241,4 +241,6 @@ def advance_scene_one_step(
                 scene_arrays.gravity,
             )
     for j in range(rows.PARALLEL_CASE_COUNT):
-        case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j] = case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j] + 1.0
+        case_states[rows.TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] = (
+            case_states[rows.TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] + 1.0
+        )

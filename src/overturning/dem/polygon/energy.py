@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import contact_vertex_position, earlier_vertex_positions
-from overturning.dem.polygon.state import CONTACT_POINT_IS_OPEN, CONTACT_VERTEX_IS_OF_B, ElementState, PairState
+from overturning.dem.polygon.state import CONTACT_CODE_OPEN, CONTACT_CODE_VERTEX_OF_B, ElementState, PairState
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -44,7 +44,7 @@ def pair_spring_energy(pair: PairState) -> float:
     total, history = 0.0, pair.history
     for end in range(2):
         memory = history.point_1 if end == 0 else history.point_2
-        if memory.contact_vertex_status_code != CONTACT_POINT_IS_OPEN:
+        if memory.contact_vertex_status_code != CONTACT_CODE_OPEN:
             depth = contact_vertex_position(memory, end, history.previous_vertex_positions).depth
             total += 0.5 * (
                 pair.contact_law.normal_stiffness * depth * depth
@@ -62,7 +62,7 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def energy_transferred_to_contacts_in_last_half_step(case_states: Any, lane: int, scene_arrays: Any) -> float:
+def contact_force_work_while_velocities_lag_poses(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """Return the work (J) of a scene's contact forces in the time by which velocities lag behind poses (half a step).
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
@@ -75,8 +75,8 @@ def energy_transferred_to_contacts_in_last_half_step(case_states: Any, lane: int
         pair = rows.load_pair_state(q, lane)
         history = pair.history
         if (
-            history.point_1.contact_vertex_status_code == CONTACT_POINT_IS_OPEN
-            and history.point_2.contact_vertex_status_code == CONTACT_POINT_IS_OPEN
+            history.point_1.contact_vertex_status_code == CONTACT_CODE_OPEN
+            and history.point_2.contact_vertex_status_code == CONTACT_CODE_OPEN
         ):
             continue
         later = earlier_vertex_positions(pair, rows.load_element_state(a, lane), rows.load_element_state(b, lane), 0.0)
@@ -87,6 +87,6 @@ def energy_transferred_to_contacts_in_last_half_step(case_states: Any, lane: int
                 contact_vertex_position(memory, end, later),
             )
             slip = old.position_along_opposite_face - new.position_along_opposite_face
-            slip = -slip if memory.contact_vertex_status_code == CONTACT_VERTEX_IS_OF_B else slip
+            slip = -slip if memory.contact_vertex_status_code == CONTACT_CODE_VERTEX_OF_B else slip
             work += 0.5 * (memory.normal_force * (new.depth - old.depth) - memory.tangential_force * slip)
     return work

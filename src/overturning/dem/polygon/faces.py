@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import rotate_cosine_and_sine_by_small_angle
 from overturning.dem.polygon.state import (
-    CONTACT_VERTEX_IS_OF_B,
+    CONTACT_CODE_VERTEX_OF_B,
     ElementFace,
     ElementState,
     PairState,
@@ -322,7 +322,7 @@ def find_contact_segment_open_unless_may_touch(
     )
     low = pair.nearest_face_of_b.start_along_tangent
     high = pair.nearest_face_of_b.end_along_tangent
-    to = pair.contact_vertex_ranges
+    to = pair.ranges_where_vertices_touch_opposite_faces
     mine_1, mine_2 = (
         a1.position_at_face.position_along_opposite_face <= high,
         a2.position_at_face.position_along_opposite_face >= low,
@@ -394,7 +394,7 @@ def contact_vertex_position(
     face_vertex_positions: VertexPositionsAtOtherFace,
 ) -> VertexPositionAtFace:
     """Return the position of the vertex at which contact point `point_index_0_or_1` lies."""
-    if point_history.contact_vertex_status_code != CONTACT_VERTEX_IS_OF_B:
+    if point_history.contact_vertex_status_code != CONTACT_CODE_VERTEX_OF_B:
         return (
             face_vertex_positions.first_vertex_of_face_a
             if point_index_0_or_1 == 0

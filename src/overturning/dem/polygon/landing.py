@@ -14,7 +14,7 @@ from overturning.dem.polygon.mechanics import (
     opening_and_slip_rates,
 )
 from overturning.dem.polygon.state import (
-    CONTACT_POINT_IS_OPEN,
+    CONTACT_CODE_OPEN,
     ContactPointConstants,
     ElementConstants,
     PairContactStateAfterLastStep,
@@ -52,7 +52,7 @@ def contact_point_lands_in_this_impact(
         contact_law.normal_stiffness * contact_point.penetration > contact_law.dashpot_coefficient * sinking
     )
     return (point_history.remaining_flat_landing_time > 0.0) | (
-        (point_history.contact_vertex_status_code == CONTACT_POINT_IS_OPEN)
+        (point_history.contact_vertex_status_code == CONTACT_CODE_OPEN)
         & (contact_point.vertex_projects_onto_other_face > 0.0)
         & soon
     )

@@ -12,10 +12,10 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import clamp_magnitude, rotate_cosine_and_sine_by_small_angle, updated_maximum
 from overturning.dem.polygon.faces import ContactSegment, PlanarContactPoint
 from overturning.dem.polygon.state import (
-    CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES,
-    CONTACT_POINT_IS_OPEN,
-    CONTACT_VERTEX_IS_OF_A,
-    CONTACT_VERTEX_IS_OF_B,
+    CONTACT_CODE_OPEN,
+    CONTACT_CODE_TRANSFERRED_FROM_OTHER_FACES,
+    CONTACT_CODE_VERTEX_OF_A,
+    CONTACT_CODE_VERTEX_OF_B,
     ContactPointConstants,
     ElementState,
     PairContactStateAfterLastStep,
@@ -162,9 +162,9 @@ def power_against_inertial_or_fixing_forces(
 def owner_code_of_contact_vertex(contact_point: PlanarContactPoint) -> float:
     """Return whether a contact point lies at a vertex of element a or of element b.
 
-    The result is `CONTACT_VERTEX_IS_OF_A` or `CONTACT_VERTEX_IS_OF_B`.
+    The result is `CONTACT_CODE_VERTEX_OF_A` or `CONTACT_CODE_VERTEX_OF_B`.
     """
-    return CONTACT_VERTEX_IS_OF_A if contact_point.vertex_is_of_a > 0.0 else CONTACT_VERTEX_IS_OF_B
+    return CONTACT_CODE_VERTEX_OF_A if contact_point.vertex_is_of_a > 0.0 else CONTACT_CODE_VERTEX_OF_B
 
 
 @njit(**INLINE_OPTIONS)
@@ -187,7 +187,7 @@ def trial_tangential_spring_stretch(
     )
     share = (
         point_history.tangential_force
-        if point_history.contact_vertex_status_code == CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES
+        if point_history.contact_vertex_status_code == CONTACT_CODE_TRANSFERRED_FROM_OTHER_FACES
         else share
     )
     equivalent = -(share + dashpot_force_opposing_slip) * tangential_compliance_or_zero_without_spring
@@ -196,7 +196,7 @@ def trial_tangential_spring_stretch(
         if point_history.contact_vertex_status_code == carrier
         else equivalent
     )
-    return stretch if point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN else 0.0
+    return stretch if point_history.contact_vertex_status_code != CONTACT_CODE_OPEN else 0.0
 
 
 @njit(**INLINE_OPTIONS)
@@ -331,15 +331,15 @@ def contact_point_history_after_step(
     """
     begun = (
         contact_law.prescribed_flat_landing_duration
-        if other_point_history.contact_vertex_status_code == CONTACT_POINT_IS_OPEN
+        if other_point_history.contact_vertex_status_code == CONTACT_CODE_OPEN
         else other_point_history.remaining_flat_landing_time - step_duration
     )
     left = (
         point_history.remaining_flat_landing_time - step_duration
-        if point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN
+        if point_history.contact_vertex_status_code != CONTACT_CODE_OPEN
         else begun
     )
-    carrier = owner_code_of_contact_vertex(contact_point) if point_result.is_in_contact else CONTACT_POINT_IS_OPEN
+    carrier = owner_code_of_contact_vertex(contact_point) if point_result.is_in_contact else CONTACT_CODE_OPEN
     return PlanarContactPointStateAfterLastStep(
         point_result.force.tangential_spring_stretch,
         carrier,
@@ -360,9 +360,7 @@ def twice_energy_absorbed_at_contact_point(
         point_result.penetration - contact_point.previous_step_penetration
     ) - (point_history.tangential_force + point_result.force.tangential_force) * point_result.slip_of_a_in_step
     return (
-        value
-        if (point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN) | point_result.is_in_contact
-        else 0.0
+        value if (point_history.contact_vertex_status_code != CONTACT_CODE_OPEN) | point_result.is_in_contact else 0.0
     )
 
 

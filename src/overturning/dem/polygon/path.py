@@ -18,7 +18,7 @@ from overturning.dem.polygon.contact_history import (
     normal_force_direction_on_element_a,
 )
 from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingLimits
-from overturning.dem.polygon.state import CONTACT_POINT_IS_OPEN, CONTACT_VERTEX_IS_OF_A
+from overturning.dem.polygon.state import CONTACT_CODE_OPEN, CONTACT_CODE_VERTEX_OF_A
 
 TIME_COLUMN, BASE_ACCELERATION_COLUMN = range(2)
 TRAJECTORY_COLUMNS_PER_ELEMENT: Final = 6
@@ -71,12 +71,12 @@ def add_first_case_contact_forces_to_trajectory(
         pair, a, b = rows.load_pair_state(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
             memory = pair.history.point_1 if end == 0 else pair.history.point_2
-            if memory.contact_vertex_status_code == CONTACT_POINT_IS_OPEN:
+            if memory.contact_vertex_status_code == CONTACT_CODE_OPEN:
                 continue
             n, tangent, mine = (
                 time_weight_in_sample_mean * memory.normal_force,
                 time_weight_in_sample_mean * memory.tangential_force,
-                memory.contact_vertex_status_code == CONTACT_VERTEX_IS_OF_A,
+                memory.contact_vertex_status_code == CONTACT_CODE_VERTEX_OF_A,
             )
             (rx, rz), (nx, nz) = (
                 contact_vertex_position_from_centre_of_a(pair, a, b, end, mine),
@@ -115,7 +115,7 @@ def planar_trajectory_of_scene(
     for index, pair in enumerate(prepared_scene.pairs):
         # Force on the later element, which stands on the earlier one; on the earlier one if the later is fixed.
         on, by = sorted(
-            (pair.first_element_index, pair.second_element_index), key=lambda k: (placed[k].is_driven_or_held, -k)
+            (pair.first_element_index, pair.second_element_index), key=lambda k: (placed[k].has_prescribed_motion, -k)
         )
         if on == pair.second_element_index:
             force[:, 2 * index : 2 * index + 2] *= -1.0

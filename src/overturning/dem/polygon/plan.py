@@ -26,7 +26,7 @@ from overturning.dem.polygon.prepare import SceneEquilibriumStiffnessAndRockingL
 from overturning.dem.polygon.rows import PARALLEL_CASE_COUNT
 from overturning.dem.polygon.rules import SCHEME_CONSTANTS, SceneKernelInput
 from overturning.dem.quiet import (
-    MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
+    MAX_SCENE_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO,
     SIMULATION_START_TO_ONSET_THRESHOLD_RATIO,
     dynamic_to_static_force_ratio_upper_bound,
     largest_acceleration_without_motion_g,
@@ -128,7 +128,7 @@ class PolygonSimulationPlan(SimulationPlan):
         check_trajectory_size(rows * columns)
         return np.zeros((rows, columns))
 
-    def continue_trajectory_rows_if_several_elements(
+    def extend_trajectory_rows_of_scene_or_stack(
         self,
         trajectory_rows: FloatArray,
         added_time_s: float,
@@ -306,7 +306,7 @@ def _rest_acceleration_limits_g_of_cases(
         no_movement_below_acceleration_g_by_case,
         lifts[scene_variant_index_by_case],
         rings,
-        MAX_SCENE_REST_TO_ONSET_THRESHOLD_RATIO,
+        MAX_SCENE_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO,
     )
 
 

@@ -65,7 +65,7 @@ class SceneEquilibriumStiffnessAndRockingLimits:
     @property
     def free_element_indices(self) -> NDArray[np.int64]:
         """Indices of the elements that forces can move (neither driven nor held), in the list of all elements."""
-        return np.array([k for k, item in enumerate(self.elements) if not item.is_driven_or_held], dtype=np.int64)
+        return np.array([k for k, item in enumerate(self.elements) if not item.has_prescribed_motion], dtype=np.int64)
 
     @property
     def piece_vertex_counts(self) -> list[int]:
@@ -100,7 +100,7 @@ class SceneEquilibriumStiffnessAndRockingLimits:
         )
 
     @property
-    def mean_static_penetration_of_loaded_pairs(self) -> FloatArray:
+    def mean_static_penetration_of_each_loaded_pair(self) -> FloatArray:
         """Mean static penetration of each pair of elements in contact at rest, m, shape (loaded contacts,)."""
         loaded = self.pair_contact_laws.carried_weight_at_rest > 0.0
         return self.pair_contact_laws.carried_weight_at_rest[loaded] / (
@@ -111,7 +111,9 @@ class SceneEquilibriumStiffnessAndRockingLimits:
     def static_penetration_exceeds_limit(self) -> bool:
         """True if the weight alone makes the penetration between two elements exceed the limit of the contact law."""
         smallest_side = smallest_free_element_side(self.elements)
-        return bool(static_penetration_exceeds_limit(self.mean_static_penetration_of_loaded_pairs, smallest_side).any())
+        return bool(
+            static_penetration_exceeds_limit(self.mean_static_penetration_of_each_loaded_pair, smallest_side).any()
+        )
 
     @property
     def has_too_soft_contacts_or_invalid_placement(self) -> bool:
@@ -149,7 +151,7 @@ class SceneEquilibriumStiffnessAndRockingLimits:
     def support_and_held_bottom_element_indices(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
         supports, last = self.support_element_indices, element_index
-        while not self.elements[last].is_driven_or_held and supports[last] != last:
+        while not self.elements[last].has_prescribed_motion and supports[last] != last:
             last = int(supports[last])
         return int(supports[element_index]), last if self.elements[last].element.kind == "held" else -1
 
@@ -248,7 +250,7 @@ CRITICAL_ANGLE_ATTRIBUTES: Final = {
 
 def smallest_free_element_side(elements: Elements) -> float:
     """Return the smallest side of any free element, m."""
-    return min(item.smaller_of_width_and_height for item in elements if not item.is_driven_or_held)
+    return min(item.smaller_of_width_and_height for item in elements if not item.has_prescribed_motion)
 
 
 MAX_SINE_BETWEEN_PARALLEL_NORMALS: Final = 0.05
@@ -266,7 +268,7 @@ def _loaded_contact_points_by_element_and_carrier(
     for index, _, end, _, _ in loaded_points:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal_from_second_to_first[1] > 0 else (j, i)
-        if not elements[upper].is_driven_or_held and abs(end.normal_from_second_to_first[1]) > 1e-3:
+        if not elements[upper].has_prescribed_motion and abs(end.normal_from_second_to_first[1]) > 1e-3:
             result.setdefault(upper, {}).setdefault(lower, []).append(end)
     return result
 
@@ -288,7 +290,7 @@ def _mask_of_elements_with_parallel_contact_normals(
         directions = np.array(found).reshape(-1, 2)
         across = np.outer(directions[:, 0], directions[:, 1])
         result[k] = (
-            not elements[k].is_driven_or_held
+            not elements[k].has_prescribed_motion
             and len(found) > 0
             and bool((np.abs(across - across.T) < MAX_SINE_BETWEEN_PARALLEL_NORMALS).all())
         )
@@ -309,7 +311,7 @@ def _tipping_angles_energies_and_supports(
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.centre_of_mass_x, item.centre_of_mass_z] for item in elements])
     for k, item in enumerate(elements):
-        if item.is_driven_or_held:
+        if item.has_prescribed_motion:
             continue
         ends = [(lower, end.vertex_position) for lower, all_ends in supports.get(k, {}).items() for end in all_ends]
         rests = bool(ends)

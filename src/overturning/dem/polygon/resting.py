@@ -11,7 +11,7 @@ from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import find_contact_segment_open_unless_may_touch
 from overturning.dem.polygon.state import (
-    CONTACT_POINT_IS_OPEN,
+    CONTACT_CODE_OPEN,
     ElementState,
     PairState,
     PlanarContactPointStateAfterLastStep,
@@ -49,8 +49,8 @@ def element_has_tipped_or_dropped(element: ElementState, fall_limits_of_element:
 @njit(**INLINE_OPTIONS)
 def count_closed_contact_points(pair: PairState) -> int:
     """Count the contact points of two elements at which these touch, 0 to 2."""
-    return (1 if pair.history.point_1.contact_vertex_status_code != CONTACT_POINT_IS_OPEN else 0) + (
-        1 if pair.history.point_2.contact_vertex_status_code != CONTACT_POINT_IS_OPEN else 0
+    return (1 if pair.history.point_1.contact_vertex_status_code != CONTACT_CODE_OPEN else 0) + (
+        1 if pair.history.point_2.contact_vertex_status_code != CONTACT_CODE_OPEN else 0
     )
 
 
@@ -63,7 +63,7 @@ def last_time_on_standing_support_or_inf_if_now(
     An element is on its support if their distance is at most `max_support_gap` (m): a stone that hops a little has
     not left it.
     """
-    until, had = rows.slice_element_rows(case_states, element_index)[rows.LAST_TIME_ON_SUPPORT_ROW + lane], False
+    until, had = rows.slice_element_rows(case_states, element_index)[rows.LAST_TIME_ON_SUPPORT_ROW_OFFSET + lane], False
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         if (
             scene_arrays.pair_element_and_piece_indices[p, 0] != element_index
@@ -86,9 +86,9 @@ def last_time_on_standing_support_or_inf_if_now(
             segment.point_2.vertex_projects_onto_other_face and segment.point_2.penetration > -max_support_gap
         ):
             on = b if pair.rest_support_sign_plus_if_a_on_b > 0.0 else a
-            if on[rows.FALL_SIDE_ROW + lane] == 0.0:
+            if on[rows.FALL_SIDE_ROW_OFFSET + lane] == 0.0:
                 return np.inf
-            until = min(until, on[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane])
+            until = min(until, on[rows.LAST_TIME_ABLE_TO_RETURN_ROW_OFFSET + lane])
     return float(until) if had else np.inf
 
 
@@ -118,7 +118,7 @@ def any_element_can_still_land(
         e = rows.slice_element_rows(case_states, i)
         if (
             fall_and_support_table[i].is_free == 0.0
-            or e[rows.FALL_SIDE_ROW + lane] != 0.0
+            or e[rows.FALL_SIDE_ROW_OFFSET + lane] != 0.0
             or element_has_tipped_or_dropped(rows.load_element_state(e, lane), fall_and_support_table[i])
         ):
             continue
@@ -143,7 +143,7 @@ def any_element_can_still_land(
 def contact_point_is_sliding(pair: PairState, point_history: PlanarContactPointStateAfterLastStep) -> bool:
     """True if a contact point of two elements slides: its friction force has reached the limit."""
     return bool(
-        point_history.contact_vertex_status_code != CONTACT_POINT_IS_OPEN
+        point_history.contact_vertex_status_code != CONTACT_CODE_OPEN
         and abs(point_history.tangential_force)
         >= MIN_SLIDING_FORCE_OVER_FRICTION_LIMIT * pair.contact_law.friction_coefficient * point_history.normal_force
     )
@@ -259,6 +259,6 @@ def count_closed_points_of_standing_elements(
             (a, scene_arrays.pair_element_and_piece_indices[p, 0]),
             (b, scene_arrays.pair_element_and_piece_indices[p, 1]),
         ):
-            if fall_and_support_table[i].is_free > 0.0 and e[rows.FALL_SIDE_ROW + lane] == 0.0:
+            if fall_and_support_table[i].is_free > 0.0 and e[rows.FALL_SIDE_ROW_OFFSET + lane] == 0.0:
                 total += count_closed_contact_points(rows.load_pair_state(q, lane))
     return total

@@ -31,7 +31,7 @@ def rocking_onset_acceleration_g_of_scene_and_groups(
         Smallest |a|/g of all groups with these two elements. All results are 0 if an element bridges or leans: there is
         no closed form then.
     """
-    free = [k for k, item in enumerate(elements) if not item.is_driven_or_held]
+    free = [k for k, item in enumerate(elements) if not item.has_prescribed_motion]
     if any(len(supports.get(k, {})) != 1 for k in free):
         return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
     threshold, groups = np.inf, dict[tuple[int, int], float]()

@@ -62,8 +62,8 @@ _, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     SceneStateAndConstants, "current_step_length_and_repetitions"
 )
 _, store_step_acceptance, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneStateAndConstants, "step_acceptance")
-_, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneStateAndConstants, "contact_changes")
-zero_contact_changes = create_tuple_sum_difference_and_maximum_functions(StepContactChangesAsFloats).zero
+_, store_largest_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneStateAndConstants, "contact_changes")
+create_zero_step_contact_changes = create_tuple_sum_difference_and_maximum_functions(StepContactChangesAsFloats).zero
 load_element_state, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
 load_pose, store_pose, store_pose_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "pose")
 _, store_velocity, store_velocity_unless_rejected = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "velocity")
@@ -81,7 +81,7 @@ load_element_constants, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(Elemen
 _, store_step_motion_work_and_peaks, store_step_motion_work_and_peaks_unless_rejected = (
     ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "step_motion_with_work_and_peaks_so_far")
 )
-_, store_motion_since_contact_tests_paused, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
+_, store_motion_since_first_pair_suspended, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
     ElementState, "motion_since_first_contact_test_pause"
 )
 _, store_slip_and_fall_state, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
@@ -91,9 +91,11 @@ load_rest_pose_and_slip_points, store_rest_pose_and_slip_points, _ = ELEMENT_ROW
     ElementState, "rest_pose_and_slip_measurement_points"
 )
 load_pair_state, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
-_, store_face_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_a")
-_, store_face_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_b")
-_, store_contact_vertex_ranges, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_vertex_ranges")
+_, store_nearest_face_of_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_a")
+_, store_nearest_face_of_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_b")
+_, store_contact_vertex_ranges, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+    PairState, "ranges_where_vertices_touch_opposite_faces"
+)
 _, store_contact_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_law")
 load_nearest_faces_and_motion_limits, store_nearest_faces_and_motion_limits, _ = (
     PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_faces")
@@ -130,31 +132,31 @@ _SINGLY_ACCESSED_CASE_FIELD_PATHS = (
     "contact_changes.contact_or_nearest_faces_changed step_acceptance.positive_if_rejected"
 )
 (
-    TICKS_SINCE_SAMPLE_START_ROW,
-    CURRENT_SAMPLE_ROW,
-    INITIAL_ENERGY_ROW,
-    SCENE_VARIANT_INDEX_ROW,
+    TICKS_SINCE_SAMPLE_START_ROW_OFFSET,
+    CURRENT_SAMPLE_ROW_OFFSET,
+    INITIAL_ENERGY_ROW_OFFSET,
+    SCENE_VARIANT_INDEX_ROW_OFFSET,
     LAST_END_TEST_INTERVAL_INDEX_ROW_OFFSET,
-    SLIDING_CASE_END_SAMPLE_ROW,
-    ATTEMPTED_STEP_TICKS_ROW,
-    CONTACT_CHANGED_ROW,
-    STEP_IS_REJECTED_ROW,
+    SLIDING_CASE_END_SAMPLE_ROW_OFFSET,
+    ATTEMPTED_STEP_TICKS_ROW_OFFSET,
+    CONTACT_CHANGED_ROW_OFFSET,
+    STEP_IS_REJECTED_ROW_OFFSET,
 ) = (CASE_ROW_LAYOUT.row_offset_of_field(SceneStateAndConstants, p) for p in _SINGLY_ACCESSED_CASE_FIELD_PATHS.split())
 _ELEMENT_FIELD_PATHS_OF_ROW_OFFSETS = (
-    "constants.has_inertial_forces step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step "
+    "constants.has_inertial_forces_in_base_frame step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step "
     "step_motion_with_work_and_peaks_so_far.abs_rotation_in_step "
     "slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_limit "
     "slip_fall_side_and_last_upright_time.last_time_on_support slip_fall_side_and_last_upright_time.fall_side"
 )
 (
     MOVES_RELATIVE_TO_BASE_ROW_OFFSET,
-    STEP_ABS_DX_PLUS_ABS_DZ_ROW,
-    STEP_ABS_ROTATION_ROW,
-    LAST_TIME_ABLE_TO_RETURN_ROW,
-    LAST_TIME_ON_SUPPORT_ROW,
-    FALL_SIDE_ROW,
+    STEP_ABS_DX_PLUS_ABS_DZ_ROW_OFFSET,
+    STEP_ABS_ROTATION_ROW_OFFSET,
+    LAST_TIME_ABLE_TO_RETURN_ROW_OFFSET,
+    LAST_TIME_ON_SUPPORT_ROW_OFFSET,
+    FALL_SIDE_ROW_OFFSET,
 ) = (ELEMENT_ROW_LAYOUT.row_offset_of_field(ElementState, p) for p in _ELEMENT_FIELD_PATHS_OF_ROW_OFFSETS.split())
-LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
+LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW_OFFSET: Final = ELEMENT_ROW_LAYOUT.row_offset_of_field(
     ElementState, "step_motion_with_work_and_peaks_so_far.last_recoverable_tick_in_sample"
 )
 _PAIR_FIELD_PATHS_OF_ROW_OFFSETS = (
@@ -163,16 +165,16 @@ _PAIR_FIELD_PATHS_OF_ROW_OFFSETS = (
     "signed_mu_of_point_1_or_0_if_sticking signed_mu_of_point_2_or_0_if_sticking history.absorbed_energy"
 )
 (
-    MAX_MOTION_KEEPING_NEAREST_FACES_ROW,
-    MAX_MOTION_WITHOUT_CONTACT_ROW,
-    MOTION_SINCE_FACE_SEARCH_ROW,
-    MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW,
-    SIGNED_FRICTION_COEFFICIENT_1_ROW,
-    SIGNED_FRICTION_COEFFICIENT_2_ROW,
-    ABSORBED_ENERGY_ROW,
+    MAX_MOTION_KEEPING_NEAREST_FACES_ROW_OFFSET,
+    MAX_MOTION_WITHOUT_CONTACT_ROW_OFFSET,
+    MOTION_SINCE_FACE_SEARCH_ROW_OFFSET,
+    MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW_OFFSET,
+    POINT_1_SIGNED_FRICTION_OR_ZERO_ROW_OFFSET,
+    POINT_2_SIGNED_FRICTION_OR_ZERO_ROW_OFFSET,
+    ABSORBED_ENERGY_ROW_OFFSET,
 ) = (PAIR_ROW_LAYOUT.row_offset_of_field(PairState, p) for p in _PAIR_FIELD_PATHS_OF_ROW_OFFSETS.split())
-ROTATION_TO_MOTION_LEVER_ARM_ROW: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
-    PairState, "nearest_faces.lever_arm_for_rotation_in_motion_sum"
+ROTATION_TO_MOTION_LEVER_ARM_ROW_OFFSET: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
+    PairState, "nearest_faces.lever_arm_converting_rotation_to_motion"
 )
 ROW_OFFSET_FROM_POINT_1_TO_POINT_2: Final = PAIR_ROW_LAYOUT.row_offset_of_field(
     PairState, "history.point_2.tangential_spring_stretch"

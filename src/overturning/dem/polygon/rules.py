@@ -185,11 +185,11 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
     )
     for i in range(scene.fall_and_support_table.shape[1]):
         e = rows.slice_element_rows(state, i)
-        e[rows.LAST_TIME_ABLE_TO_RETURN_ROW + lane] = e[rows.LAST_TIME_ON_SUPPORT_ROW + lane] = (
+        e[rows.LAST_TIME_ABLE_TO_RETURN_ROW_OFFSET + lane] = e[rows.LAST_TIME_ON_SUPPORT_ROW_OFFSET + lane] = (
             given.first_simulated_sample * interval
         )
     write_initial_pair_states(state, lane, given, scene, scene.piece_face_tables[v])
-    state[rows.INITIAL_ENERGY_ROW + lane] = scene_energy(state, lane, scene)
+    state[rows.INITIAL_ENERGY_ROW_OFFSET + lane] = scene_energy(state, lane, scene)
 
 
 def update_sample_and_load_motion(
@@ -294,9 +294,12 @@ def attempt_steps_until_next_check(
         if first_case_trajectory_rows.shape[0] == 0:
             advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
-        tick, share = state[rows.TICKS_SINCE_SAMPLE_START_ROW], state[rows.ATTEMPTED_STEP_TICKS_ROW] / ticks
+        tick, share = (
+            state[rows.TICKS_SINCE_SAMPLE_START_ROW_OFFSET],
+            state[rows.ATTEMPTED_STEP_TICKS_ROW_OFFSET] / ticks,
+        )
         # Record once for each sample, even if its first step is repeated.
-        if (tick == 0.0 or tick == ticks) and not state[rows.STEP_IS_REJECTED_ROW] > 0.0:
+        if (tick == 0.0 or tick == ticks) and not state[rows.STEP_IS_REJECTED_ROW_OFFSET] > 0.0:
             record_base_and_element_motion_of_first_case(
                 state, elements, interval, ticks, first_case_trajectory_rows[recorded_trajectory_row_count]
             )
@@ -308,7 +311,7 @@ def attempt_steps_until_next_check(
                 early[0, column] = 0.0
             add_first_case_contact_forces_to_trajectory(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
         advance_scene_one_step(up, state, matrix, pattern, pairs, moves, scene, ticks)
-        if with_forces and not state[rows.STEP_IS_REJECTED_ROW] > 0.0:
+        if with_forces and not state[rows.STEP_IS_REJECTED_ROW_OFFSET] > 0.0:
             for column in range(early.shape[1]):
                 first_case_trajectory_rows[recorded_trajectory_row_count - 1, column] += early[0, column]
             add_first_case_contact_forces_to_trajectory(
@@ -324,7 +327,7 @@ def mark_possibly_ended_cases(
     """Set `end_test_is_due_by_lane_out` to 1 for each case to be tested now for its end, else 0; count them."""
     stride, count = max(int(CASE_END_TEST_INTERVAL_S / kernel_input.settings.sampling_interval), 1), 0
     for j in range(computed_lane_count):
-        part = workspace.state[rows.CURRENT_SAMPLE_ROW + j] // stride
+        part = workspace.state[rows.CURRENT_SAMPLE_ROW_OFFSET + j] // stride
         end_test_is_due_by_lane_out[j] = (
             1.0 if part != workspace.state[rows.LAST_END_TEST_INTERVAL_INDEX_ROW_OFFSET + j] else 0.0
         )
@@ -366,7 +369,7 @@ def skip_samples_too_weak_to_move_resting_cases(
                 case.amplitude_factor,
                 case.max_base_acceleration_without_motion_g,
             )
-            state[rows.CURRENT_SAMPLE_ROW + j] += samples
+            state[rows.CURRENT_SAMPLE_ROW_OFFSET + j] += samples
             skipped_sample_count_by_lane_out[j] += samples
 
 
@@ -382,7 +385,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
     )
     kept = (
         status == CaseStatus.SIMULATED
-        and workspace.state[rows.CURRENT_SAMPLE_ROW + lane]
+        and workspace.state[rows.CURRENT_SAMPLE_ROW_OFFSET + lane]
         < kernel_input.cases[case_index].earliest_end_sample_if_decided
     )
     return CASE_NOT_ENDED if kept else status

@@ -137,13 +137,15 @@ def largest_motion_keeping_nearest_faces(
     face_table_of_a: Any,
     face_table_of_b: Any,
     nearest_face_pair: MostNearlyOppositeFaces,
-    lever_arm_for_rotation_in_motion_sum: float,
+    lever_arm_converting_rotation_to_motion: float,
 ) -> float:
     """Return the relative motion (m) of elements a and b up to which their nearest faces cannot change.
 
     A gap between the faces changes by at most the motion, a product of normals by at most the rotation.
     """
-    limit = 0.4 * lever_arm_for_rotation_in_motion_sum * nearest_face_pair.scalar_product_difference_to_next_best_face
+    limit = (
+        0.4 * lever_arm_converting_rotation_to_motion * nearest_face_pair.scalar_product_difference_to_next_best_face
+    )
     for k in range(face_table_of_a.shape[0] + face_table_of_b.shape[0]):
         other = opposite_face_pair(pose_a, pose_b, face_table_of_a, face_table_of_b, k)
         room = 0.4 * (nearest_face_pair.gap - other.gap)
@@ -153,7 +155,7 @@ def largest_motion_keeping_nearest_faces(
         )
         limit = min(
             limit,
-            max(room, 0.4 * lever_arm_for_rotation_in_motion_sum * other.scalar_product_difference_to_next_best_face)
+            max(room, 0.4 * lever_arm_converting_rotation_to_motion * other.scalar_product_difference_to_next_best_face)
             if agrees
             else room,
         )
@@ -211,12 +213,14 @@ def update_nearest_faces_and_contact_history(
         reset_contact_history(pair_state_rows, lane)
     changed = old.face_index_of_a != best.face_index_of_a or old.face_index_of_b != best.face_index_of_b
     if changed:
-        rows.store_face_a(pair_state_rows, lane, polygon_face(face_table_of_a, best.face_index_of_a))
-        rows.store_face_b(pair_state_rows, lane, polygon_face(face_table_of_b, best.face_index_of_b))
+        rows.store_nearest_face_of_a(pair_state_rows, lane, polygon_face(face_table_of_a, best.face_index_of_a))
+        rows.store_nearest_face_of_b(pair_state_rows, lane, polygon_face(face_table_of_b, best.face_index_of_b))
         rows.store_contact_vertex_ranges(
             pair_state_rows,
             lane,
-            contact_vertex_ranges(face_table_of_a, best.face_index_of_a, face_table_of_b, best.face_index_of_b),
+            ranges_where_vertices_touch_opposite_faces(
+                face_table_of_a, best.face_index_of_a, face_table_of_b, best.face_index_of_b
+            ),
         )
     if changed or old.max_motion_without_contact > 0.0 or clear > 0.0:
         rows.store_previous_vertex_positions(
@@ -265,7 +269,7 @@ def nearest_faces_will_change(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def contact_vertex_ranges(
+def ranges_where_vertices_touch_opposite_faces(
     face_table_of_a: Any, face_index_of_a: int, face_table_of_b: Any, face_index_of_b: int
 ) -> VertexContactLimitsAlongOppositeFace:
     """Return the ranges (m) along two opposite faces in which a vertex of one face can touch the other face."""
@@ -304,13 +308,13 @@ def add_step_motion_and_count_near_and_due_cases(
         )
         used = (
             old.motion_since_face_search + (first.abs_dx_plus_abs_dz_in_step + second.abs_dx_plus_abs_dz_in_step)
-        ) + old.lever_arm_for_rotation_in_motion_sum * (first.abs_rotation_in_step + second.abs_rotation_in_step)
+        ) + old.lever_arm_converting_rotation_to_motion * (first.abs_rotation_in_step + second.abs_rotation_in_step)
         ahead = used + 2.0 * (
             (one.abs_dx_plus_abs_dz_in_step + two.abs_dx_plus_abs_dz_in_step)
-            + old.lever_arm_for_rotation_in_motion_sum * (one.abs_rotation_in_step + two.abs_rotation_in_step)
+            + old.lever_arm_converting_rotation_to_motion * (one.abs_rotation_in_step + two.abs_rotation_in_step)
         )
-        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = used
-        pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW + j] = ahead
+        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW_OFFSET + j] = used
+        pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW_OFFSET + j] = ahead
         near += 1 if ahead >= old.max_motion_without_contact else 0
         due += 1 if ahead >= old.max_motion_keeping_nearest_faces else 0
     return near, due
@@ -338,11 +342,11 @@ def update_nearest_faces_and_check_possible_contact(
         near = 0
         for j in range(rows.PARALLEL_CASE_COUNT):
             if (
-                pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW + j]
-                >= pair_state_rows[rows.MAX_MOTION_KEEPING_NEAREST_FACES_ROW + j]
+                pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW_OFFSET + j]
+                >= pair_state_rows[rows.MAX_MOTION_KEEPING_NEAREST_FACES_ROW_OFFSET + j]
             ):
                 v, dt = (
-                    int(case_states[rows.SCENE_VARIANT_INDEX_ROW + j]),
+                    int(case_states[rows.SCENE_VARIANT_INDEX_ROW_OFFSET + j]),
                     2.0 * rows.load_scene_state(case_states, j).velocity_lag_behind_pose,
                 )
                 shape_a, shape_b = (
@@ -359,11 +363,11 @@ def update_nearest_faces_and_check_possible_contact(
                 if dt == 0.0 and nearest_faces_will_change(
                     pair_state_rows, element_a_state_rows, element_b_state_rows, j, shape_a, shape_b
                 ):
-                    case_states[rows.CONTACT_CHANGED_ROW + j] = 1.0
+                    case_states[rows.CONTACT_CHANGED_ROW_OFFSET + j] = 1.0
             near += (
                 1
-                if pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW + j]
-                >= pair_state_rows[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + j]
+                if pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW_OFFSET + j]
+                >= pair_state_rows[rows.MAX_MOTION_WITHOUT_CONTACT_ROW_OFFSET + j]
                 else 0
             )
     return near > 0

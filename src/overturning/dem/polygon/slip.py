@@ -85,7 +85,7 @@ def store_slip_and_last_time_rotation_recoverable(
                 slip,
             ),
         )
-        element_state_rows[rows.LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW + j] = -1.0
+        element_state_rows[rows.LAST_TICK_ABLE_TO_RETURN_UPRIGHT_ROW_OFFSET + j] = -1.0
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -104,15 +104,15 @@ def store_last_time_on_support_of_upper_element(
         now = (
             case.current_sample + case.base_acceleration.ticks_since_sample_start * samples_per_tick
         ) * sampling_interval
-        element_a_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j] = select(
+        element_a_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW_OFFSET + j] = select(
             touches & (pair.rest_support_sign_plus_if_a_on_b > 0.0),
             now,
-            element_a_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j],
+            element_a_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW_OFFSET + j],
         )
-        element_b_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j] = select(
+        element_b_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW_OFFSET + j] = select(
             touches & (pair.rest_support_sign_plus_if_a_on_b < 0.0),
             now,
-            element_b_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW + j],
+            element_b_state_rows[rows.LAST_TIME_ON_SUPPORT_ROW_OFFSET + j],
         )
 
 
@@ -143,8 +143,11 @@ def update_rest_poses_slips_and_sample_clock(
         q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
         store_last_time_on_support_of_upper_element(q, a, b, case_states, 1.0 / ticks_per_sample, sampling_interval)
     for j in range(rows.PARALLEL_CASE_COUNT):
-        sample, tick = case_states[rows.CURRENT_SAMPLE_ROW + j], case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j]
-        case_states[rows.CURRENT_SAMPLE_ROW + j] = sample + 1.0 if tick >= ticks_per_sample else sample
-        case_states[rows.TICKS_SINCE_SAMPLE_START_ROW + j] = (
+        sample, tick = (
+            case_states[rows.CURRENT_SAMPLE_ROW_OFFSET + j],
+            case_states[rows.TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j],
+        )
+        case_states[rows.CURRENT_SAMPLE_ROW_OFFSET + j] = sample + 1.0 if tick >= ticks_per_sample else sample
+        case_states[rows.TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] = (
             tick - ticks_per_sample if tick >= ticks_per_sample else tick
         )

@@ -59,7 +59,7 @@ def write_initial_case_state(
             velocity_lag_behind_pose=velocity_lag_behind_pose_steps * step,
             case_step_length_settings=case_step_length_settings,
             current_step_length_and_repetitions=first,
-            contact_changes=rows.zero_contact_changes(),
+            contact_changes=rows.create_zero_step_contact_changes(),
             step_acceptance=StepDecisionAndNextAttempt(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude_factor=case_parameter_row.amplitude_factor,
             max_base_acceleration_without_motion_g=case_parameter_row.max_base_acceleration_without_motion_g,
@@ -109,9 +109,12 @@ def write_initial_pair_states(
             face_table_by_piece[n, : scene_arrays.piece_vertex_counts[n]],
         )
         if settled:
-            q[rows.MAX_MOTION_KEEPING_NEAREST_FACES_ROW + lane], q[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + lane] = (
+            (
+                q[rows.MAX_MOTION_KEEPING_NEAREST_FACES_ROW_OFFSET + lane],
+                q[rows.MAX_MOTION_WITHOUT_CONTACT_ROW_OFFSET + lane],
+            ) = (
                 np.inf,
                 -1.0,
             )
         set_pair_forces_at_rest(q, lane)
-        q[rows.ABSORBED_ENERGY_ROW + lane] = pair_spring_energy(rows.load_pair_state(q, lane))
+        q[rows.ABSORBED_ENERGY_ROW_OFFSET + lane] = pair_spring_energy(rows.load_pair_state(q, lane))

@@ -107,7 +107,7 @@ class ElementConstants(NamedTuple):
     """Mass m, kg; 0 if forces do not move the element."""
     is_subject_to_gravity: float
     """1 if gravity acts on the element, else 0."""
-    has_inertial_forces: float
+    has_inertial_forces_in_base_frame: float
     """0 if the element moves with the base, else 1: it then has inertial forces in the frame of the base."""
     is_fixed_in_space: float
     """1 if the element is fixed in space, else 0."""
@@ -138,7 +138,7 @@ class ElementStepMotionWorkAndPeaks(NamedTuple):
     """Power of the element against inertial and holding forces at the end of the last step, W (centred scheme)."""
 
 
-class ElementMotionSinceContactTestsPaused(NamedTuple):
+class ElementMotionSinceFirstPairSuspended(NamedTuple):
     """Summed displacements and rotations of an element since the first pair was left out of contact tests."""
 
     abs_dx_plus_abs_dz_sum: float
@@ -207,7 +207,7 @@ class ElementState(NamedTuple):
     contact_force_sum: PlanarMotionOrForce
     constants: ElementConstants
     step_motion_with_work_and_peaks_so_far: ElementStepMotionWorkAndPeaks
-    motion_since_first_contact_test_pause: ElementMotionSinceContactTestsPaused
+    motion_since_first_contact_test_pause: ElementMotionSinceFirstPairSuspended
     slip_fall_side_and_last_upright_time: ElementSlipFallSideAndLastUprightTime
     rest_pose_and_slip_measurement_points: ElementRestPoseAndSlipMeasurementPoints
 
@@ -267,7 +267,7 @@ class NearestFacesAndMotionLimits(NamedTuple):
     """Index of a's nearest face; −1 before the first search."""
     face_index_of_b: float
     """Index of b's nearest face; −1 before the first search."""
-    lever_arm_for_rotation_in_motion_sum: float
+    lever_arm_converting_rotation_to_motion: float
     """Lever arm that converts a rotation to motion, m."""
     max_motion_keeping_nearest_faces: float
     """Motion before the nearest faces can change, m."""
@@ -303,8 +303,8 @@ class PlanarContactPointStateAfterLastStep(NamedTuple):
     tangential_spring_stretch: float
     """Stretch of the tangential spring, m."""
     contact_vertex_status_code: float
-    """Vertex at the contact point: `CONTACT_POINT_IS_OPEN`, `CONTACT_VERTEX_IS_OF_A`, `CONTACT_VERTEX_IS_OF_B` or
-    `CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES`."""
+    """Vertex at the contact point: `CONTACT_CODE_OPEN`, `CONTACT_CODE_VERTEX_OF_A`, `CONTACT_CODE_VERTEX_OF_B` or
+    `CONTACT_CODE_TRANSFERRED_FROM_OTHER_FACES`."""
     normal_force: float
     """Normal force, N."""
     tangential_force: float
@@ -313,7 +313,7 @@ class PlanarContactPointStateAfterLastStep(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-CONTACT_POINT_IS_OPEN, CONTACT_VERTEX_IS_OF_A, CONTACT_VERTEX_IS_OF_B, CONTACT_IS_TRANSFERRED_FROM_OTHER_FACES = (
+CONTACT_CODE_OPEN, CONTACT_CODE_VERTEX_OF_A, CONTACT_CODE_VERTEX_OF_B, CONTACT_CODE_TRANSFERRED_FROM_OTHER_FACES = (
     0.0,
     1.0,
     -1.0,
@@ -342,7 +342,7 @@ class PairState(NamedTuple):
 
     nearest_face_of_a: ElementFace
     nearest_face_of_b: ElementFace
-    contact_vertex_ranges: VertexContactLimitsAlongOppositeFace
+    ranges_where_vertices_touch_opposite_faces: VertexContactLimitsAlongOppositeFace
     contact_law: ContactPointConstants
     nearest_faces: NearestFacesAndMotionLimits
     history: PairContactStateAfterLastStep

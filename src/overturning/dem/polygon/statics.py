@@ -61,7 +61,7 @@ class ContactConstantsByPair:
 
 def _displacement_slices_of_free_elements(elements: list[PlacedElement]) -> dict[int, slice]:
     """Return, for each free element, the slice of its x, z and clockwise rotation in the displacement vector."""
-    free = [i for i, item in enumerate(elements) if not item.is_driven_or_held]
+    free = [i for i, item in enumerate(elements) if not item.has_prescribed_motion]
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
@@ -112,7 +112,7 @@ def loaded_points_with_small_inclinations_ignored(
     leaning = {
         k
         for k, item in enumerate(elements)
-        if not item.is_driven_or_held and upper.count(k) < CONTACT_POINTS_PER_FLUSH_FACE
+        if not item.has_prescribed_motion and upper.count(k) < CONTACT_POINTS_PER_FLUSH_FACE
     }
     held = [
         replace(item, element=item.element.model_copy(update={"kind": "held"})) if k in leaning else item
@@ -121,7 +121,7 @@ def loaded_points_with_small_inclinations_ignored(
     ones = np.ones(len(pairs))
     # A wall next to a leaning element does not carry its weight: if necessary, try again without friction on faces.
     for items, tangential in ((elements, ones), (elements, 0.0 * ones), (held, ones)):
-        free = {k for k, item in enumerate(items) if not item.is_driven_or_held}
+        free = {k for k, item in enumerate(items) if not item.has_prescribed_motion}
         ends = [
             joint.contact_point for joint in flush if free.intersection(pairs[joint.contact_point.piece_pair_index][:2])
         ]
@@ -248,7 +248,7 @@ def compute_pair_contact_laws(
     for index, pair in enumerate(pairs):
         a, b = elements[pair.first_element_index], elements[pair.second_element_index]
         law = scene.contact_law(a.element, b.element)
-        free = [item for item in (a, b) if not item.is_driven_or_held]
+        free = [item for item in (a, b) if not item.has_prescribed_motion]
         depth = min(a.element.depth, b.element.depth)
         lightest = min(free, key=lambda item: item.mass)
         weight = carried[index]
@@ -295,7 +295,7 @@ def largest_spring_and_dashpot_eigenvalues(
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
-            for item in (elements[k] for k in pair[:2] if not elements[k].is_driven_or_held):
+            for item in (elements[k] for k in pair[:2] if not elements[k].has_prescribed_motion):
                 radius = float((item.shape.vertices_from_whole_polygon_centroid**2).sum(axis=1).max())
                 compliance += 1.0 / item.mass + radius / item.inertia_about_centre_of_mass
             highest = max(highest, max(normal[index], tangential[index]) * compliance)
@@ -318,7 +318,7 @@ def lowest_omega_squared_on_springs(
 
 def _inverse_root_masses_and_inertias(elements: list[PlacedElement]) -> FloatArray:
     """Return 1/√m, 1/√m and 1/√I (kg, kg m²) of each free element in one array, shape (3 · free elements,)."""
-    free = [item for item in elements if not item.is_driven_or_held]
+    free = [item for item in elements if not item.has_prescribed_motion]
     return np.sqrt(
         np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia_about_centre_of_mass) for item in free])
     )

@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.clock import (
     SCENE_STEP_CONTROL,
     StepContactChanges,
-    decide_rejection_and_next_step,
+    decide_rejection_sliding_and_next_step,
 )
 from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_sample
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS, select
@@ -76,11 +76,11 @@ def base_acceleration_acting_on_element_at_step_end(
     if upward_base_acceleration_or_none is not None:
         lift = (
             base_acceleration_in_this_or_next_sample(scene_state.base_acceleration.vertical, tick, past)
-            * element_constants.has_inertial_forces
+            * element_constants.has_inertial_forces_in_base_frame
         )
     return base_acceleration_in_this_or_next_sample(
         scene_state.base_acceleration.horizontal, tick, past
-    ) * element_constants.has_inertial_forces, lift
+    ) * element_constants.has_inertial_forces_in_base_frame, lift
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -159,15 +159,15 @@ def store_element_state_of_accepted_step(
         rows.store_velocity_unless_rejected(element_state_rows, j, again, v)
         rows.store_acceleration_unless_rejected(element_state_rows, j, again, a)
         rows.store_step_motion_work_and_peaks_unless_rejected(element_state_rows, j, again, totals)
-        element_state_rows[rows.STEP_ABS_DX_PLUS_ABS_DZ_ROW + j] = select(again, 0.0, far)
-        element_state_rows[rows.STEP_ABS_ROTATION_ROW + j] = select(again, 0.0, totals.abs_rotation_in_step)
+        element_state_rows[rows.STEP_ABS_DX_PLUS_ABS_DZ_ROW_OFFSET + j] = select(again, 0.0, far)
+        element_state_rows[rows.STEP_ABS_ROTATION_ROW_OFFSET + j] = select(again, 0.0, totals.abs_rotation_in_step)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_step_contact_changes(scene_state_rows: Any) -> None:
     """Reset the contact changes of the attempted step to "no change", for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
-        rows.store_contact_changes(scene_state_rows, j, rows.zero_contact_changes())
+        rows.store_largest_contact_changes(scene_state_rows, j, rows.create_zero_step_contact_changes())
 
 
 @njit(**INLINE_OPTIONS)
@@ -199,7 +199,7 @@ def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> No
         tick = (
             case.base_acceleration.ticks_since_sample_start + case.current_step_length_and_repetitions.length_in_ticks
         )
-        again, sooner, then = decide_rejection_and_next_step(
+        again, sooner, then = decide_rejection_sliding_and_next_step(
             SCENE_STEP_CONTROL,
             case.case_step_length_settings,
             case.current_step_length_and_repetitions,
@@ -218,7 +218,7 @@ def advance_accepted_steps_and_set_next_attempts(scene_state_rows: Any) -> None:
     for j in range(rows.PARALLEL_CASE_COUNT):
         case = rows.load_scene_state(scene_state_rows, j)
         tick = case.base_acceleration.ticks_since_sample_start
-        scene_state_rows[rows.TICKS_SINCE_SAMPLE_START_ROW + j] = (
+        scene_state_rows[rows.TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] = (
             tick
             if case.step_acceptance.positive_if_rejected > 0.0
             else tick + case.current_step_length_and_repetitions.length_in_ticks

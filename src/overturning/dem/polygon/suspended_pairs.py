@@ -19,7 +19,7 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.state import ElementMotionSinceContactTestsPaused
+from overturning.dem.polygon.state import ElementMotionSinceFirstPairSuspended
 
 MOTION_SUM_MARK_OF_ACTIVE_PAIR: Final = -1.0
 """Value of `PairContactTestSchedule.motion_sum_at_next_contact_test` for an active pair."""
@@ -95,10 +95,10 @@ def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
     """Add an element's motion in the last step to its sum since the first pair was left out of contact tests."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element_state(element_state_rows, j)
-        rows.store_motion_since_contact_tests_paused(
+        rows.store_motion_since_first_pair_suspended(
             element_state_rows,
             j,
-            ElementMotionSinceContactTestsPaused(
+            ElementMotionSinceFirstPairSuspended(
                 item.motion_since_first_contact_test_pause.abs_dx_plus_abs_dz_sum
                 + item.step_motion_with_work_and_peaks_so_far.abs_dx_plus_abs_dz_in_step,
                 item.motion_since_first_contact_test_pause.abs_rotation_sum
@@ -112,7 +112,7 @@ def pair_motion_since_contact_tests_paused(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, lane: int
 ) -> float:
     """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
-    lever = rows.load_nearest_faces_and_motion_limits(pair_state_rows, lane).lever_arm_for_rotation_in_motion_sum
+    lever = rows.load_nearest_faces_and_motion_limits(pair_state_rows, lane).lever_arm_converting_rotation_to_motion
     a, b = (
         rows.load_element_state(element_a_state_rows, lane).motion_since_first_contact_test_pause,
         rows.load_element_state(element_b_state_rows, lane).motion_since_first_contact_test_pause,
@@ -121,26 +121,24 @@ def pair_motion_since_contact_tests_paused(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def subtract_motion_sums_of_elements_from_pair_motion(
+def begin_pause_of_pair_contact_tests(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
 ) -> None:
     """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         motion = pair_motion_since_contact_tests_paused(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
-        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = (
-            pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] - motion
+        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW_OFFSET + j] = (
+            pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW_OFFSET + j] - motion
         )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_element_motions_to_motion_since_face_search(
-    pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
-) -> None:
+def end_pause_of_pair_contact_tests(pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any) -> None:
     """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         motion = pair_motion_since_contact_tests_paused(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
-        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] = (
-            pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW + j] + motion
+        pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW_OFFSET + j] = (
+            pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW_OFFSET + j] + motion
         )
 
 
@@ -153,13 +151,16 @@ def min_motion_to_contact_and_max_lever_arm(pair_state_rows: Any) -> tuple[float
     slack, lever = np.inf, 0.0
     for j in range(rows.PARALLEL_CASE_COUNT):
         reach, ahead = (
-            pair_state_rows[rows.MAX_MOTION_WITHOUT_CONTACT_ROW + j],
-            pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW + j],
+            pair_state_rows[rows.MAX_MOTION_WITHOUT_CONTACT_ROW_OFFSET + j],
+            pair_state_rows[rows.MAX_MOTION_SINCE_SEARCH_AT_STEP_END_ROW_OFFSET + j],
         )
         # Written so that NaN keeps the pair active.
         if not ahead < 0.5 * reach:
             return 0.0, 0.0
-        slack, lever = min(slack, reach - ahead), max(lever, pair_state_rows[rows.ROTATION_TO_MOTION_LEVER_ARM_ROW + j])
+        slack, lever = (
+            min(slack, reach - ahead),
+            max(lever, pair_state_rows[rows.ROTATION_TO_MOTION_LEVER_ARM_ROW_OFFSET + j]),
+        )
     return slack, lever
 
 
@@ -180,7 +181,7 @@ def resume_contact_tests_after_motion(
         at = pair_contact_test_schedule.motion_sum_at_next_contact_test[p]
         if at != MOTION_SUM_MARK_OF_ACTIVE_PAIR and not largest_motion_sum_of_any_two_elements < at:
             q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
-            add_element_motions_to_motion_since_face_search(q, a, b)
+            end_pause_of_pair_contact_tests(q, a, b)
             pair_contact_test_schedule.motion_sum_at_next_contact_test[p] = at = MOTION_SUM_MARK_OF_ACTIVE_PAIR
         if at == MOTION_SUM_MARK_OF_ACTIVE_PAIR:
             pair_contact_test_schedule.indices_of_pairs_tested_each_step[count] = p
@@ -250,7 +251,7 @@ def keep_contact_tests_unless_distant(
     slack, lever = min_motion_to_contact_and_max_lever_arm(pair_state_rows)
     if slack <= 0.0:
         return True
-    subtract_motion_sums_of_elements_from_pair_motion(pair_state_rows, element_a_state_rows, element_b_state_rows)
+    begin_pause_of_pair_contact_tests(pair_state_rows, element_a_state_rows, element_b_state_rows)
     pair_contact_test_schedule.motion_sum_at_next_contact_test[pair_index] = (
         pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]
         + (1.0 - 1e-9) * slack

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.body.commit import base_acceleration_stays_below_limit
+from overturning.dem.body.commit import base_acceleration_allows_sample_long_steps
 from overturning.dem.body.state import (
     StepRejectedAndSameContactStateFlags,
     squared_sine_of_lean_continued_beyond_90_deg,
@@ -17,7 +17,7 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     scale_vector,
 )
-from overturning.dem.kernel.clock import STACK_STEP_CONTROL, StepContactChanges, decide_rejection_and_next_step
+from overturning.dem.kernel.clock import STACK_STEP_CONTROL, StepContactChanges, decide_rejection_sliding_and_next_step
 from overturning.dem.kernel.lanes import (
     NO_ALIAS_COMPILE_OPTIONS,
     assume_vector_multiple,
@@ -27,21 +27,21 @@ from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.stack.access import (
     IS_SIMULATED_ROW_OFFSET,
     load_clock_within_sample,
-    load_contact_changes,
     load_energy_account,
     load_energy_losses,
     load_force_sums,
     load_gravity_and_inertial_acceleration,
     load_inertial_accelerations_until_next_sample,
     load_joint_state_at_step_end,
+    load_largest_contact_changes,
     load_next_step_to_attempt,
     load_peaks,
     load_point_state_at_step_end,
     load_predicted_stone,
     load_rejection,
-    load_stack_limits,
     load_step_control,
     load_stone_constants,
+    load_tick_length_failure_and_rest_limits,
     load_velocity_correction,
     store_clock_within_sample,
     store_energy_account_unless_rejected,
@@ -61,10 +61,10 @@ from overturning.dem.stack.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-JOINT_SLID_IN_LAST_STEP_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(
+SLID_BEFORE_STEP_ROW_OFFSET = JOINT_ROW_LAYOUT.row_offset_of_field(
     JointAtStepStartAndEnd, "at_step_start.slid_in_last_step_or_rejected_attempt"
 )
-SLID_AT_STEP_END_ROW = JOINT_ROW_LAYOUT.row_offset_of_field(
+SLID_AT_STEP_END_ROW_OFFSET = JOINT_ROW_LAYOUT.row_offset_of_field(
     JointAtStepStartAndEnd, "at_step_end.slid_in_last_step_or_rejected_attempt"
 )
 
@@ -74,15 +74,15 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
     """Decide whether each stack's step is accepted, advance its clock if so, and choose the next attempt's length."""
     for j in range(assume_vector_multiple(lane_count)):
         attempt = load_next_step_to_attempt(case_rows, j)
-        most = load_contact_changes(case_rows, j)
+        most = load_largest_contact_changes(case_rows, j)
         time = load_clock_within_sample(case_rows, j)
         inertial = load_gravity_and_inertial_acceleration(case_rows, j)
         at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
-        steady = base_acceleration_stays_below_limit(
+        steady = base_acceleration_allows_sample_long_steps(
             load_inertial_accelerations_until_next_sample(case_rows, j),
             at_end,
             ticks_per_sample,
-            load_stack_limits(case_rows, j).max_base_acceleration_for_sample_long_steps_g,
+            load_tick_length_failure_and_rest_limits(case_rows, j).max_base_acceleration_for_sample_long_steps_g,
         )
         findings = StepContactChanges(
             contact_opened_or_closed=most.positive_if_contact_opened_or_closed > 0.0,
@@ -94,7 +94,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
             slides_on_all_points=(most.has_sticking_loaded_joint == 0.0) & (most.has_loaded_joint > 0.0),
             all_contacts_are_closed=steady & (most.some_point_carries_no_load == 0.0) & (most.has_loaded_joint > 0.0),
         )
-        again, sooner, following = decide_rejection_and_next_step(
+        again, sooner, following = decide_rejection_sliding_and_next_step(
             STACK_STEP_CONTROL,
             load_step_control(case_rows, j),
             attempt,
@@ -179,7 +179,9 @@ def store_stone_and_add_work_if_step_accepted(
                 ),
                 0.0,
                 losses.dissipated_power_at_step_end,
-                updated_maximum(account.peak_penetration, load_contact_changes(case_rows, j).largest_penetration),
+                updated_maximum(
+                    account.peak_penetration, load_largest_contact_changes(case_rows, j).largest_penetration
+                ),
             )
         store_energy_account_unless_rejected(case_rows, j, again, StackEnergyAccountAndPeakPenetration(
             account.base_motion_work + half * power, account.dissipated_or_removed_energy,
@@ -192,12 +194,12 @@ def store_stone_and_add_work_if_step_accepted(
 def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Store two stones' new contact state in stacks whose step is accepted; in others at most whether they slid."""
     for j in range(assume_vector_multiple(lane_count)):
-        rejected, slid = load_rejection(case_rows, j), joint_rows[SLID_AT_STEP_END_ROW + j]
+        rejected, slid = load_rejection(case_rows, j), joint_rows[SLID_AT_STEP_END_ROW_OFFSET + j]
         store_joint_state_at_step_start_unless_rejected(
             joint_rows, j, rejected.is_step_rejected > 0.0, load_joint_state_at_step_end(joint_rows, j)
         )
-        joint_rows[JOINT_SLID_IN_LAST_STEP_ROW + j] = select(
-            rejected.next_attempt_keeps_slip_assumption > 0.0, joint_rows[JOINT_SLID_IN_LAST_STEP_ROW + j], slid
+        joint_rows[SLID_BEFORE_STEP_ROW_OFFSET + j] = select(
+            rejected.next_attempt_keeps_slip_assumption > 0.0, joint_rows[SLID_BEFORE_STEP_ROW_OFFSET + j], slid
         )
 
 

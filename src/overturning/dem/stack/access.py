@@ -41,7 +41,7 @@ from overturning.dem.stack.state import (
     PredictedStone,
     StackClockWithinSample,
     StackEnergyAccountAndPeakPenetration,
-    StackRestFlagAndLimits,
+    StackRestFlagAndAccelerationLimits,
     StackTickLengthFailureAndRestLimits,
     StoneConstants,
     StoneContactForceSums,
@@ -68,10 +68,14 @@ load_energy_account, store_energy_account, store_energy_account_unless_rejected 
     CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccountAndPeakPenetration)
 )
 load_next_step_to_attempt, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_stack_limits, store_stack_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthFailureAndRestLimits)
+load_tick_length_failure_and_rest_limits, store_tick_length_failure_and_rest_limits, _ = (
+    CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthFailureAndRestLimits)
+)
 load_step_control, store_step_control, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts)
 load_case_progress, store_case_progress, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-load_contact_changes, store_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(LargestContactChangesOfStack)
+load_largest_contact_changes, store_largest_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    LargestContactChangesOfStack
+)
 load_gravity_and_inertial_acceleration, store_gravity_and_inertial_acceleration, _ = (
     CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
 )
@@ -81,8 +85,8 @@ load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_wr
 load_rejection, store_step_rejection_flags, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     StepRejectedAndSameContactStateFlags
 )
-load_rest_flag_and_limits, store_rest_flag_and_limits, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
-    StackRestFlagAndLimits
+load_rest_flag_and_acceleration_limits, store_rest_flag_and_acceleration_limits, _ = (
+    CASE_ROW_LAYOUT.tuple_reader_and_writer(StackRestFlagAndAccelerationLimits)
 )
 load_inertial_accelerations_until_next_sample, store_inertial_accelerations_until_next_sample, _ = (
     CASE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D)
@@ -98,7 +102,9 @@ load_diagonal_block, store_diagonal_block, _ = STONE_ROW_LAYOUT.tuple_reader_and
 load_correction_relation_to_stone_below, store_correction_relation_to_stone_below, _ = (
     STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneCorrectionFromStoneBelow)
 )
-load_fall_state, store_fall_state, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
+load_fall_flags_and_last_upright_time, store_fall_flags_and_last_upright_time, _ = (
+    STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
+)
 load_peaks, store_peaks, store_peaks_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(
     StonePeakLeanAndLastUprightTick
 )
@@ -109,7 +115,7 @@ load_stone_state, store_stone_state, store_stone_state_unless_rejected = STONE_R
 load_force_sums, store_force_sums, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneContactForceSums)
 store_rotation = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneState, "rotation").store
 
-load_sum_of_normal_force_times_centre_distance, store_sum_of_normal_force_times_centre_distance, _ = (
+load_force_times_pressure_centre_distance, store_force_times_pressure_centre_distance, _ = (
     JOINT_ROW_LAYOUT.tuple_reader_and_writer(SumOfForceTimesDistanceToPressureCentre)
 )
 load_joint_equations, store_joint_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
@@ -149,21 +155,23 @@ load_point_state_at_step_end, store_point_state_at_step_end, _ = POINT_ROW_LAYOU
 )
 load_face_corner, store_face_corner, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(FaceCorner)
 load_point_position, store_point_position, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(ContactPointPosition)
-load_base_overhang, store_base_overhang, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(
-    BaseOverhangAndContactNormalSlopesAtSide
+load_base_overhang_and_normal_slopes, store_base_overhang_and_normal_slopes, _ = (
+    POINT_ROW_LAYOUT.tuple_reader_and_writer(BaseOverhangAndContactNormalSlopesAtSide)
 )
 load_point_state_at_step_start, _, store_point_state_at_step_start_unless_rejected = (
     POINT_ROW_LAYOUT.tuple_reader_and_writer(JointPointAtStepStartAndEnd, "at_step_start")
 )
 
 add_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).plus
-zero_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).zero
+create_zero_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).zero
 larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfStack).largest
 create_zero_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfStack).zero
 
 IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_still_simulated")
 """Array index, in the rows of a stone, at which the flags `StoneFallState.is_still_simulated` start."""
-STIFFNESS_SHARE_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(ContactPointPosition, "joint_stiffness_share")
+STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(
+    ContactPointPosition, "joint_stiffness_share"
+)
 """Array index, in the rows of a contact point, at which its stiffness shares in the attempted step start."""
 STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET: Final = POINT_ROW_LAYOUT.row_offset_of_field(
     JointPointAtStepStartAndEnd, "at_step_start.joint_stiffness_share"

@@ -13,11 +13,11 @@ from overturning.dem.kernel.lanes import (
     create_window_slicer,
 )
 from overturning.dem.stack.access import (
-    load_base_overhang,
+    load_base_overhang_and_normal_slopes,
     load_clipped_side,
     load_face_corner,
     load_point_position,
-    store_base_overhang,
+    store_base_overhang_and_normal_slopes,
     store_clipped_side,
 )
 from overturning.dem.stack.joint_state import (
@@ -169,7 +169,9 @@ def contact_normal_slope_at_crossing_sides(
 def reset_base_overhang_before_clipping(lower_side_rows: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
-        store_base_overhang(lower_side_rows, j, BaseOverhangAndContactNormalSlopesAtSide(-1e300, 0.0, 0.0))
+        store_base_overhang_and_normal_slopes(
+            lower_side_rows, j, BaseOverhangAndContactNormalSlopesAtSide(-1e300, 0.0, 0.0)
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -184,7 +186,7 @@ def clip_lower_side_and_update_overhang(
     for j in range(assume_vector_multiple(lane_count)):
         a, b = load_point_position(base_side_start_corner_rows, j), load_point_position(base_side_end_corner_rows, j)
         c, d = load_face_corner(lower_side_rows, j), load_face_corner(next_lower_corner_rows, j)
-        old, rim = load_clipped_side(lower_side_rows, j), load_base_overhang(lower_side_rows, j)
+        old, rim = load_clipped_side(lower_side_rows, j), load_base_overhang_and_normal_slopes(lower_side_rows, j)
         new = clip_side_by_half_plane(
             old,
             double_signed_triangle_area(a, b, c.x_from_face_centre, c.y_from_face_centre),
@@ -196,7 +198,7 @@ def clip_lower_side_and_update_overhang(
             + c.next_side_outward_normal_y * a.y_in_lower_face_frame
         ) - c.next_side_distance_from_face_centre
         store_clipped_side(lower_side_rows, j, new)
-        store_base_overhang(
+        store_base_overhang_and_normal_slopes(
             lower_side_rows,
             j,
             BaseOverhangAndContactNormalSlopesAtSide(

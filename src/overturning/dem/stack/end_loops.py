@@ -24,21 +24,22 @@ from overturning.dem.kernel.lanes import (
     select,
 )
 from overturning.dem.stack.access import (
-    STIFFNESS_SHARE_ROW_OFFSET,
+    STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET,
     USES_NON_CORNER_AT_STEP_END_ROW_OFFSET,
     add_energy_losses,
     larger_contact_changes,
     load_clock_within_sample,
-    load_contact_changes,
     load_energy_losses,
     load_flat_landing_state,
     load_force_sums,
+    load_force_times_pressure_centre_distance,
     load_joint_constants,
     load_joint_force_and_impulse_sums,
     load_joint_frame,
     load_joint_friction,
     load_joint_state_at_step_start,
     load_joint_wrench_or_velocity_change,
+    load_largest_contact_changes,
     load_next_step_to_attempt,
     load_point_position,
     load_point_state_at_step_end,
@@ -47,19 +48,18 @@ from overturning.dem.stack.access import (
     load_relative_motion,
     load_step_control,
     load_stone_constants,
-    load_sum_of_normal_force_times_centre_distance,
     load_velocity_correction,
-    store_contact_changes,
     store_energy_losses,
     store_force_sums,
+    store_force_times_pressure_centre_distance,
     store_joint_force_and_impulse_sums,
     store_joint_state_at_step_end,
     store_joint_wrench_or_velocity_change,
+    store_largest_contact_changes,
     store_point_state_at_step_end,
-    store_sum_of_normal_force_times_centre_distance,
 )
-from overturning.dem.stack.joint import solve_joint_contact
-from overturning.dem.stack.joint_point import solve_point_contact
+from overturning.dem.stack.joint import joint_contact_forces_and_state_at_step_end
+from overturning.dem.stack.joint_point import point_contact_forces_and_state_at_step_end
 from overturning.dem.stack.joint_state import (
     HalfStepAndFlatLandingConditionsOfPoint,
     JointFrictionSolutionInputs,
@@ -134,7 +134,7 @@ def store_joint_velocity_change_and_clear_sums(
                 one.angular_velocity,
             )
         store_joint_wrench_or_velocity_change(joint_rows, j, ForceAndMomentOrVelocities(velocity, spin))
-        store_sum_of_normal_force_times_centre_distance(joint_rows, j, SumOfForceTimesDistanceToPressureCentre(0.0))
+        store_force_times_pressure_centre_distance(joint_rows, j, SumOfForceTimesDistanceToPressureCentre(0.0))
         store_joint_force_and_impulse_sums(joint_rows, j, create_zero_normal_force_and_impulse_sums())
 
 
@@ -149,7 +149,7 @@ def store_point_state_and_add_normal_force_to_joint(
         place = load_point_position(point_rows, j)
         change, landing = load_joint_wrench_or_velocity_change(joint_rows, j), load_flat_landing_state(joint_rows, j)
         old = load_point_state_at_step_start(point_rows, j)
-        end, findings, losses, new = solve_point_contact(
+        end, findings, losses, new = point_contact_forces_and_state_at_step_end(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
             HalfStepAndFlatLandingConditionsOfPoint(
                 load_clock_within_sample(case_rows, j).half_step_length_s, flat_landing_of_stone_is_under_way(landing),
@@ -163,7 +163,9 @@ def store_point_state_and_add_normal_force_to_joint(
         store_joint_force_and_impulse_sums(
             joint_rows, j, add_point_force_and_impulse(load_joint_force_and_impulse_sums(joint_rows, j), end)
         )
-        store_contact_changes(case_rows, j, larger_contact_changes(load_contact_changes(case_rows, j), findings))
+        store_largest_contact_changes(
+            case_rows, j, larger_contact_changes(load_largest_contact_changes(case_rows, j), findings)
+        )
         store_energy_losses(case_rows, j, add_energy_losses(load_energy_losses(case_rows, j), losses))
 
 
@@ -178,10 +180,10 @@ def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, l
         x = place.x_in_lower_face_frame - total.normal_force_times_x * one
         y = place.y_in_lower_face_frame - total.normal_force_times_y * one
         arm = (
-            load_sum_of_normal_force_times_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre
+            load_force_times_pressure_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre
             + place.joint_stiffness_share * new.force_per_stiffness_share * math.sqrt(x * x + y * y)
         )
-        store_sum_of_normal_force_times_centre_distance(joint_rows, j, SumOfForceTimesDistanceToPressureCentre(arm))
+        store_force_times_pressure_centre_distance(joint_rows, j, SumOfForceTimesDistanceToPressureCentre(arm))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -200,13 +202,13 @@ def compute_joint_forces_and_add_to_stones(
         fine = step_is_short_enough_for_predicted_forces(
             load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
-        at_end, early, findings, losses, new = solve_joint_contact(
+        at_end, early, findings, losses, new = joint_contact_forces_and_state_at_step_end(
             load_joint_constants(joint_rows, j),
             load_relative_motion(joint_rows, j),
             load_joint_friction(joint_rows, j),
             (
                 load_joint_force_and_impulse_sums(joint_rows, j),
-                load_sum_of_normal_force_times_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre,
+                load_force_times_pressure_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre,
             ),
             (change.force_or_velocity, change.moment_or_angular_velocity),
             load_joint_state_at_step_start(joint_rows, j),
@@ -218,7 +220,9 @@ def compute_joint_forces_and_add_to_stones(
             ),
         )
         store_joint_state_at_step_end(joint_rows, j, new)
-        store_contact_changes(case_rows, j, larger_contact_changes(load_contact_changes(case_rows, j), findings))
+        store_largest_contact_changes(
+            case_rows, j, larger_contact_changes(load_largest_contact_changes(case_rows, j), findings)
+        )
         store_energy_losses(case_rows, j, add_energy_losses(load_energy_losses(case_rows, j), losses))
         stone, total = load_predicted_stone(upper_stone_rows, j), load_force_sums(upper_stone_rows, j)
         if marker_if_support_is_ground_else_none is None:
@@ -253,7 +257,7 @@ def mark_joints_bearing_on_non_corner_point(joint_rows: Any, point_rows: Any, la
     """
     for j in range(assume_vector_multiple(lane_count)):
         joint_rows[USES_NON_CORNER_AT_STEP_END_ROW_OFFSET + j] = select(
-            point_rows[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0,
+            point_rows[STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET + j] > 0.0,
             1.0,
             joint_rows[USES_NON_CORNER_AT_STEP_END_ROW_OFFSET + j],
         )

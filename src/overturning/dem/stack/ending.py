@@ -24,7 +24,7 @@ from overturning.dem.kernel.ending import (
     set_slide_end_once_and_check_case_continues,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
-from overturning.dem.quiet import MAX_REST_TO_ONSET_THRESHOLD_RATIO, SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
+from overturning.dem.quiet import MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO, SIMULATION_START_TO_ONSET_THRESHOLD_RATIO
 from overturning.dem.stack.access import (
     VALUE_COUNT_PER_CASE_IN_ALL_LANES,
     VALUE_COUNT_PER_JOINT_IN_ALL_LANES,
@@ -34,21 +34,21 @@ from overturning.dem.stack.access import (
     load_clock_within_sample,
     load_energy_account,
     load_face_corner,
-    load_fall_state,
+    load_fall_flags_and_last_upright_time,
     load_joint_constants,
     load_joint_state_at_step_start,
     load_peaks,
     load_point_state_at_step_start,
-    load_stack_limits,
     load_stone_constants,
     load_stone_state,
+    load_tick_length_failure_and_rest_limits,
     slice_stone_rows,
     store_energy_account,
-    store_fall_state,
+    store_fall_flags_and_last_upright_time,
 )
 from overturning.dem.stack.joint_state import squared_length
 from overturning.dem.stack.rest import (
-    all_contact_points_carry_load,
+    all_points_under_unfallen_stones_carry_load,
     onset_acceleration_g_of_current_stack_state,
     time_until_upright_stack_stops_sliding,
 )
@@ -63,19 +63,19 @@ from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-INITIAL_ENERGY_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy")
-CURRENT_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
-SLIDING_CASE_END_SAMPLE_ROW = CASE_ROW_LAYOUT.row_offset_of_field(
+INITIAL_ENERGY_ROW_OFFSET = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy")
+CURRENT_SAMPLE_ROW_OFFSET = CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
+SLIDING_CASE_END_SAMPLE_ROW_OFFSET = CASE_ROW_LAYOUT.row_offset_of_field(
     LastSampleOfContinuedSlidingCase, "end_sample_while_sliding_or_zero_if_unknown"
 )
 
 
 MIN_ONSET_TO_LONG_STEP_LIMIT_RATIO_AT_CASE_END: Final = (
-    SIMULATION_START_TO_ONSET_THRESHOLD_RATIO / MAX_REST_TO_ONSET_THRESHOLD_RATIO**2
+    SIMULATION_START_TO_ONSET_THRESHOLD_RATIO / MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO**2
 )
 """Least acceleration that may move a stack when its case ends, over `max_base_acceleration_for_sample_long_steps_g`.
 
-The rest of the record then stays below the part `MAX_REST_TO_ONSET_THRESHOLD_RATIO` of this acceleration."""
+The rest of the record then stays below the part `MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO` of this acceleration."""
 
 CORNER_DEPTH_OF_FALL_OVER_RIM_TO_CENTRE_HEIGHT: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
@@ -120,7 +120,7 @@ def stack_energy(
     size = state_array_length_per_joint(max_corner_count_per_face)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
+        if not load_fall_flags_and_last_upright_time(rows, lane).is_still_simulated > 0.0:
             continue
         constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         total += stone_kinetic_energy(constants, stone) + constants.mass * GRAVITY * (
@@ -192,7 +192,7 @@ def base_corner_hangs_below_supporting_face(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def centre_drop_from_rest_position_on_support(stack_states: Any, lane: int, stone_index: int) -> float:
+def centre_depth_below_rest_along_face_normal(stack_states: Any, lane: int, stone_index: int) -> float:
     """Return how far a stone's centre lies below its position at rest on its support, along the face's normal, m."""
     rows = slice_stone_rows(stack_states, stone_index)
     upper, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
@@ -211,13 +211,13 @@ def lowest_newly_fallen_stone_index(
     """Return the index of the lowest fallen stone that is still simulated; the number of stones if there is none."""
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
+        if not load_fall_flags_and_last_upright_time(rows, lane).is_still_simulated > 0.0:
             continue
         constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         axes = rotation_matrix(stone.rotation)
         if (
             axes.zz <= constants.fall_tilt_cosine
-            or centre_drop_from_rest_position_on_support(stack_states, lane, s) > constants.max_centre_drop_without_fall
+            or centre_depth_below_rest_along_face_normal(stack_states, lane, s) > constants.max_centre_drop_without_fall
         ):
             return s
         leans = (
@@ -249,10 +249,10 @@ def stop_fallen_and_upper_stones_true_if_none_left(
         return False
     before = stack_energy(stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone)
     start_of_sample = load_case_progress(stack_states, lane).current_sample * ticks_per_sample
-    tick = load_stack_limits(stack_states, lane).tick_length_s
+    tick = load_tick_length_failure_and_rest_limits(stack_states, lane).tick_length_s
     for s in range(fallen, stone_count):
         rows = slice_stone_rows(stack_states, s)
-        outcome, constants = load_fall_state(rows, lane), load_stone_constants(rows, lane)
+        outcome, constants = load_fall_flags_and_last_upright_time(rows, lane), load_stone_constants(rows, lane)
         if not outcome.is_still_simulated > 0.0:
             continue
         last = load_peaks(rows, lane).last_upright_tick_in_sample
@@ -265,7 +265,7 @@ def stop_fallen_and_upper_stones_true_if_none_left(
             s > 0
             and base_corner_hangs_below_supporting_face(stack_states, lane, s, stone_count, max_corner_count_per_face)
         )
-        store_fall_state(rows, lane, StoneFallState(
+        store_fall_flags_and_last_upright_time(rows, lane, StoneFallState(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_energy_account(stack_states, lane)
@@ -300,7 +300,7 @@ def stop_fallen_stones_and_return_status(
 
     `stone_table_rows` has the rows of the stack in the kernel's table of stones.
     """
-    case = load_stack_limits(stack_states, lane)
+    case = load_tick_length_failure_and_rest_limits(stack_states, lane)
     course = load_case_progress(stack_states, lane)
     time = load_clock_within_sample(stack_states, lane)
     kinetic, loaded = 0.0, True
@@ -310,7 +310,7 @@ def stop_fallen_stones_and_return_status(
     )
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
+        if not load_fall_flags_and_last_upright_time(rows, lane).is_still_simulated > 0.0:
             continue
         stone = load_stone_state(rows, lane)
         if not np.isfinite(stone_state_sum_for_finite_check(stone)):
@@ -340,7 +340,7 @@ def stop_fallen_stones_and_return_status(
         sample >= min(course.cannot_start_moving_from_sample, record_sample_count)
         and kinetic < case.max_kinetic_energy_at_rest
         and loaded
-        and all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count_per_face)
+        and all_points_under_unfallen_stones_carry_load(stack_states, lane, stone_count, max_corner_count_per_face)
     ):
         # The rest of the record is weak for the stack as it stood at first; it may have lost a stone since, or slid.
         least = MIN_ONSET_TO_LONG_STEP_LIMIT_RATIO_AT_CASE_END * case.max_base_acceleration_for_sample_long_steps_g
@@ -355,7 +355,11 @@ def stop_fallen_stones_and_return_status(
     # An upright stack that slides is simulated until friction has stopped it.
     sliding_time = time_until_upright_stack_stops_sliding(stack_states, lane, stone_count, max_corner_count_per_face)
     if set_slide_end_once_and_check_case_continues(
-        stack_states, SLIDING_CASE_END_SAMPLE_ROW + lane, sample, sliding_time, case.tick_length_s * ticks_per_sample
+        stack_states,
+        SLIDING_CASE_END_SAMPLE_ROW_OFFSET + lane,
+        sample,
+        sliding_time,
+        case.tick_length_s * ticks_per_sample,
     ):
         return CASE_NOT_ENDED
     stands = stack_energy_is_too_small_to_overturn(stack_states, lane, max_corner_count_per_face, stone_table_rows)
@@ -372,7 +376,7 @@ def stack_energy_is_too_small_to_overturn(
     supported base: if a share s of the base is still supported, at least s² of this energy is needed. A slip on the
     ground, which has no rim, changes nothing. A joint is the contact of a stone with its support.
     """
-    case, course = load_stack_limits(stack_states, lane), load_case_progress(stack_states, lane)
+    case, course = load_tick_length_failure_and_rest_limits(stack_states, lane), load_case_progress(stack_states, lane)
     # Horizontal position of the upper face below, and of the centre of its stone at rest.
     slip, x, y, start_x, start_y = 0.0, 0.0, 0.0, 0.0, 0.0
     for s in range(stone_table_rows.size):
@@ -380,7 +384,7 @@ def stack_energy_is_too_small_to_overturn(
         constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         own = rotation_matrix(stone.rotation)
         if (
-            not load_fall_state(rows, lane).is_still_simulated > 0.0
+            not load_fall_flags_and_last_upright_time(rows, lane).is_still_simulated > 0.0
             or squared_sine_of_lean_continued_beyond_90_deg(own)
             >= constants.critical_lean_squared_sine_on_contact_at_rest
         ):
@@ -423,7 +427,7 @@ def write_stack_results(
         rows = slice_stone_rows(stack_states, s)
         constants = load_stone_constants(rows, lane)
         stone = load_stone_state(rows, lane)
-        outcome = load_fall_state(rows, lane)
+        outcome = load_fall_flags_and_last_upright_time(rows, lane)
         own = rotation_matrix(stone.rotation)
         fallen = not outcome.is_still_simulated > 0.0 and status == CaseStatus.SIMULATED
         stone_result_rows[s].fallen = 1.0 if fallen else 0.0

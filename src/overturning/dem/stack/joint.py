@@ -303,7 +303,7 @@ def compare_friction_with_assumption(
 
 
 @njit(**INLINE_OPTIONS)
-def solve_joint_contact(
+def joint_contact_forces_and_state_at_step_end(
     joint_constants: JointConstants, relative_motion: JointRelativePoseAndVelocity,
     assumed_friction: AssumedJointFrictionInStep,
     point_sums_and_force_times_distance_sum: tuple[NormalForceAndEarlyContactImpulseSums, float],

@@ -84,7 +84,7 @@ def normal_force_sum_terms_of_point(
 
 
 @njit(**INLINE_OPTIONS)
-def solve_point_contact(
+def point_contact_forces_and_state_at_step_end(
     joint_constants: JointConstants, relative_motion: JointRelativePoseAndVelocity,
     point_position: ContactPointPosition,
     point_state_at_step_start: ContactPointState, relative_velocity_and_spin_changes: tuple[Vector3, Vector3],

@@ -22,7 +22,7 @@ RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M: Final = 1e301
 """More than the distance of a base on the ground from a rim, m."""
 MIN_RIM_DISTANCE_FOR_DEFERRED_CONTACT_TO_WIDTH: Final = 0.01
 """Distance of a base from the rim of the face below up to which no corner waits, as a share of the patch's width."""
-PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO: Final = 0.05
+HEIGHT_RANGE_SHARE_COUNTED_AS_PATCH_END: Final = 0.05
 """Share of the difference in height within which a point lies at the far end of the patch."""
 
 
@@ -65,11 +65,11 @@ def point_contact_is_deferred(
     inner = (
         point_position.upper_base_height_above_lower_face
         > landing_times_and_heights.lowest_point_height_above_lower_face
-        + PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
+        + HEIGHT_RANGE_SHARE_COUNTED_AS_PATCH_END * spread
     ) & (
         point_position.upper_base_height_above_lower_face
         < landing_times_and_heights.highest_point_height_above_lower_face
-        - PATCH_END_TOLERANCE_TO_HEIGHT_RANGE_RATIO * spread
+        - HEIGHT_RANGE_SHARE_COUNTED_AS_PATCH_END * spread
     )
     inner = inner & (
         spread

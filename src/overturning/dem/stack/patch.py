@@ -30,7 +30,7 @@ from overturning.dem.kernel.lanes import (
 from overturning.dem.stack.access import (
     IS_SIMULATED_ROW_OFFSET,
     STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET,
-    STIFFNESS_SHARE_ROW_OFFSET,
+    STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET,
     USES_NON_CORNER_AT_STEP_START_ROW_OFFSET,
     load_clipped_side,
     load_face_corner,
@@ -221,7 +221,7 @@ def include_corner_in_min_rim_distance(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def update_rim_distance_and_check_full_support(
+def update_corner_rim_distance_and_check_full_support(
     joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> bool:
     """Update base corners' least distance from the rim below; True if, in all stacks, the face below supports all.
@@ -252,7 +252,7 @@ def any_stack_uses_contact_point(point_rows: Any, lane_count: int) -> bool:
     for j in range(assume_vector_multiple(lane_count)):
         number += (
             1
-            if (point_rows[STIFFNESS_SHARE_ROW_OFFSET + j] > 0.0)
+            if (point_rows[STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET + j] > 0.0)
             | (point_rows[STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET + j] > 0.0)
             else 0
         )
@@ -356,7 +356,9 @@ def place_contact_points_of_base_side(
             j,
             contact_point_on_side(a, b, own.end_side_fraction, part if own.end_side_fraction < 1.0 else 0.0),
         )
-        base_side_rows[STIFFNESS_SHARE_ROW_OFFSET + j] = select(within, a.joint_stiffness_share, corner)
+        base_side_rows[STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET + j] = select(
+            within, a.joint_stiffness_share, corner
+        )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

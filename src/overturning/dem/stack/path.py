@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.path import axes_that_are_vertical_at_rest, rotate_to_east_north_up
+from overturning.dem.body.path import current_directions_of_axis_vertical_at_rest, rotate_to_east_north_up
 from overturning.dem.body.state import angular_velocity_from_momentum
 from overturning.dem.body.vectors import rotation_matrix
 from overturning.dem.kernel.ground import base_acceleration_at_tick
@@ -19,7 +19,7 @@ from overturning.dem.plan import check_trajectory_size
 from overturning.dem.stack.access import (
     load_case_progress,
     load_clock_within_sample,
-    load_fall_state,
+    load_fall_flags_and_last_upright_time,
     load_inertial_accelerations_until_next_sample,
     load_stone_constants,
     load_stone_state,
@@ -59,7 +59,7 @@ class StackTrajectory:
             len(self.rows), len(self.stones_in_initial_position), TRAJECTORY_COLUMN_COUNT_PER_STONE
         )
         quaternion, present = columns[:, :, 3:7], columns[:, :, 13]
-        axis = to_east_north_up(axes_that_are_vertical_at_rest(quaternion))
+        axis = to_east_north_up(current_directions_of_axis_vertical_at_rest(quaternion))
         drawn = [stone.drawn_corners_and_edges() for stone in self.stones_in_initial_position]
         outline = np.full((len(drawn), max(len(corners) for corners, _ in drawn), 3), np.nan)
         edges = np.full((len(drawn), max(len(pairs) for _, pairs in drawn), 2), -1)
@@ -121,7 +121,7 @@ class StackTrajectory:
         return variables, coordinates, {"reference": self.name_of_element_shown_by_default, "weight": weight}
 
 
-def repeat_last_row_if_any_stone_fell(
+def append_rows_for_flight_of_fallen_stones(
     trajectory_rows: FloatArray,
     has_fallen_by_stone: NDArray[np.bool_],
     sampling_interval_s: float,
@@ -218,4 +218,6 @@ def write_stack_trajectory_row(
         trajectory_row[at + 3], trajectory_row[at + 4], trajectory_row[at + 5], trajectory_row[at + 6] = stone.rotation
         trajectory_row[at + 7], trajectory_row[at + 8], trajectory_row[at + 9] = stone.velocity_relative_to_base
         trajectory_row[at + 10], trajectory_row[at + 11], trajectory_row[at + 12] = spin
-        trajectory_row[at + 13] = load_fall_state(slice_stone_rows(stack_states, s), 0).is_still_simulated
+        trajectory_row[at + 13] = load_fall_flags_and_last_upright_time(
+            slice_stone_rows(stack_states, s), 0
+        ).is_still_simulated

@@ -24,16 +24,16 @@ from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import check_trajectory_size
 from overturning.dem.quiet import (
-    MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO,
-    MAX_REST_TO_ONSET_THRESHOLD_RATIO,
+    MAX_REST_LIMIT_TO_CORNER_SLIP_ACCELERATION_RATIO,
+    MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO,
     dynamic_to_static_force_ratio_upper_bound,
 )
 from overturning.dem.stack.path import (
     TRAJECTORY_COLUMN_COUNT_BEFORE_STONES,
     TRAJECTORY_COLUMN_COUNT_PER_STONE,
     StackTrajectory,
+    append_rows_for_flight_of_fallen_stones,
     fill_in_free_flight_of_fallen_stones,
-    repeat_last_row_if_any_stone_fell,
 )
 from overturning.dem.stack.results import outcome_variables_of_stacks
 from overturning.dem.stack.rules import StackKernelInput
@@ -159,14 +159,14 @@ class StackSimulationPlan(SimulationPlan3D):
             columns[:, 13] = 1.0
         return rows
 
-    def continue_trajectory_rows_if_several_elements(
+    def extend_trajectory_rows_of_scene_or_stack(
         self, trajectory_rows: FloatArray, added_time_s: float, has_fallen_by_element: NDArray[np.bool_]
     ) -> FloatArray:
         """Return a trajectory extended by `added_time_s`, in which fallen stones continue in free flight."""
         at_rest = self.trajectory_rows_at_rest(self.motion.sample_count)
         # A flight needs a row for each sample, also while the stones below rest and samples are skipped.
         trajectory = self.insert_skipped_sample_rows(trajectory_rows, at_rest)
-        longer = repeat_last_row_if_any_stone_fell(
+        longer = append_rows_for_flight_of_fallen_stones(
             trajectory, has_fallen_by_element, self.motion.sampling_interval, added_time_s
         )
         new, samples = slice(len(trajectory), None), np.arange(self.motion.sample_count) * self.motion.sampling_interval
@@ -236,7 +236,9 @@ def _rest_limit_to_onset_acceleration_ratio_by_case(
         slowest[stack_index_by_case], delay[stack_index_by_case] * dashpot_factor_by_case, sampling_interval_s
     )
     return np.asarray(
-        np.minimum(MAX_REST_TO_ONSET_THRESHOLD_RATIO, MAX_REST_TO_CORNER_SLIP_THRESHOLD_RATIO / overshoot)
+        np.minimum(
+            MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO, MAX_REST_LIMIT_TO_CORNER_SLIP_ACCELERATION_RATIO / overshoot
+        )
     )
 
 
@@ -284,7 +286,7 @@ def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: Con
     return highest_eigenvalue(stiffness) * eigenvalue_bound_factor_for_inertia_products(stones)
 
 
-def _longest_rocking_time_constant_s(joint_constants: ContactSpringsAndPatchesOfStack) -> float:
+def _longest_rocking_time_constant_over_joints_s(joint_constants: ContactSpringsAndPatchesOfStack) -> float:
     """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
     half_width = joint_constants.nearest_side_distances_from_centre_of_stones_above
     return float(
@@ -313,7 +315,9 @@ def plan_stack_simulation(
     foot, reach = tables["centre_height"], tables["nearest_base_side_distance"]
     # Not np.hypot: its last digit differs between processors.
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY)).min(axis=1)
-    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * np.array([_longest_rocking_time_constant_s(one) for one in joints])
+    late = MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD * np.array(
+        [_longest_rocking_time_constant_over_joints_s(one) for one in joints]
+    )
     interval, samples = motion.sampling_interval, motion.sample_count
     damping = np.asarray(cases.damping_factor)
     rate = (square * delay)[which] * damping
@@ -350,7 +354,7 @@ def plan_stack_simulation(
     columns = {
         "stack": which, "amplitude_factor": amplitude, "damping_factor": damping,
         "max_penetration": (MAX_PENETRATION_TO_HALF_SIDE_RATIO * np.minimum(reach, foot).min(axis=1))[which],
-        "max_base_acceleration_for_sample_long_steps_g": MAX_REST_TO_ONSET_THRESHOLD_RATIO * threshold,
+        "max_base_acceleration_for_sample_long_steps_g": MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO * threshold,
         "max_kinetic_energy_at_rest": (1e-9 * weight * reach.min(axis=1))[which],
         "min_distance_of_mass_centre_above_to_joint_side": side[which],
         "rest_limit_to_onset_acceleration_ratio": rest_share,

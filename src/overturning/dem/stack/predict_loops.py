@@ -26,6 +26,7 @@ from overturning.dem.kernel.lanes import (
 )
 from overturning.dem.stack.access import (
     create_zero_contact_changes,
+    create_zero_energy_losses,
     load_clock_within_sample,
     load_correction_relation_to_stone_below,
     load_diagonal_block,
@@ -42,13 +43,12 @@ from overturning.dem.stack.access import (
     load_point_state_at_step_start,
     load_predicted_stone,
     load_relative_motion,
-    load_stack_limits,
     load_step_control,
     load_stone_constants,
     load_stone_state,
+    load_tick_length_failure_and_rest_limits,
     load_velocity_correction,
     store_clock_within_sample,
-    store_contact_changes,
     store_correction_relation_to_stone_below,
     store_diagonal_block,
     store_energy_losses,
@@ -57,11 +57,11 @@ from overturning.dem.stack.access import (
     store_gravity_and_inertial_acceleration,
     store_joint_equations,
     store_joint_friction,
+    store_largest_contact_changes,
     store_normal_force_sums,
     store_predicted_stone,
     store_stone_axes,
     store_velocity_correction,
-    zero_energy_losses,
 )
 from overturning.dem.stack.joint import predict_friction, predicted_joint_force_moment_and_derivatives
 from overturning.dem.stack.joint_point import (
@@ -160,11 +160,12 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
             case_rows,
             j,
             StackClockWithinSample(
-                time.ticks_since_sample_start, 0.5 * (load_stack_limits(case_rows, j).tick_length_s * length)
+                time.ticks_since_sample_start,
+                0.5 * (load_tick_length_failure_and_rest_limits(case_rows, j).tick_length_s * length),
             ),
         )
-        store_contact_changes(case_rows, j, create_zero_contact_changes())
-        store_energy_losses(case_rows, j, zero_energy_losses())
+        store_largest_contact_changes(case_rows, j, create_zero_contact_changes())
+        store_energy_losses(case_rows, j, create_zero_energy_losses())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

@@ -27,31 +27,31 @@ from overturning.dem.stack.access import (
     VALUE_COUNT_PER_JOINT_IN_ALL_LANES,
     VALUE_COUNT_PER_POINT_IN_ALL_LANES,
     VALUE_COUNT_PER_STONE_IN_ALL_LANES,
-    load_fall_state,
+    load_fall_flags_and_last_upright_time,
     load_flat_landing_state,
     load_joint_constants,
     load_joint_state_at_step_start,
     load_next_step_to_attempt,
     load_point_position,
     load_point_state_at_step_start,
-    load_rest_flag_and_limits,
-    load_stack_limits,
+    load_rest_flag_and_acceleration_limits,
     load_stone_constants,
     load_stone_state,
+    load_tick_length_failure_and_rest_limits,
     slice_stone_rows,
 )
 from overturning.dem.stack.landing import (
     MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION,
     RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M,
 )
-from overturning.dem.stack.state import CASE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndLimits
+from overturning.dem.stack.state import CASE_ROW_LAYOUT, TICKS_PER_WHOLE_STEP, StackRestFlagAndAccelerationLimits
 from overturning.dem.stack.step import state_array_length_per_joint
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 MAY_BE_AT_REST_ROW_OFFSET: Final = CASE_ROW_LAYOUT.row_offset_of_field(
-    StackRestFlagAndLimits, "may_be_at_rest_at_sample_start"
+    StackRestFlagAndAccelerationLimits, "may_be_at_rest_at_sample_start"
 )
-"""Array index at which the flags `StackRestFlagAndLimits.may_be_at_rest_at_sample_start` start."""
+"""Array index at which the flags `StackRestFlagAndAccelerationLimits.may_be_at_rest_at_sample_start` start."""
 
 MIN_PATCH_WIDTH_TO_LENGTH_RATIO: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
@@ -86,14 +86,17 @@ def mark_possibly_resting_stacks(stack_states: Any, stone_count: int, active_lan
         most = (
             1.001
             * MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO
-            * load_rest_flag_and_limits(stack_states, j).max_possible_base_acceleration_without_motion_g
+            * load_rest_flag_and_acceleration_limits(stack_states, j).max_possible_base_acceleration_without_motion_g
             * GRAVITY
         )
-        slow = most * (load_stack_limits(stack_states, j).tick_length_s * length)
+        slow = most * (load_tick_length_failure_and_rest_limits(stack_states, j).tick_length_s * length)
         may = (length >= TICKS_PER_WHOLE_STEP) & (most > 0.0)
         for s in range(stone_count):
             rows = slice_stone_rows(stack_states, s)
-            stone, gone = load_stone_state(rows, j), not load_fall_state(rows, j).is_still_simulated > 0.0
+            stone, gone = (
+                load_stone_state(rows, j),
+                not load_fall_flags_and_last_upright_time(rows, j).is_still_simulated > 0.0,
+            )
             a, v = stone.acceleration_relative_to_base, stone.velocity_relative_to_base
             still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most) & (2.0 * abs(v.z) < slow)
             may = may & (still | gone)
@@ -103,7 +106,7 @@ def mark_possibly_resting_stacks(stack_states: Any, stone_count: int, active_lan
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def all_contact_points_carry_load(
+def all_points_under_unfallen_stones_carry_load(
     stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int
 ) -> bool:
     """True if all contact points of all stones that have not fallen carry load.
@@ -115,7 +118,7 @@ def all_contact_points_carry_load(
         state_array_length_per_joint(max_corner_count_per_face),
     )
     for s in range(stone_count):
-        if not load_fall_state(slice_stone_rows(stack_states, s), lane).is_still_simulated > 0.0:
+        if not load_fall_flags_and_last_upright_time(slice_stone_rows(stack_states, s), lane).is_still_simulated > 0.0:
             continue
         at = first + s * size
         landing = load_flat_landing_state(stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane)
@@ -215,7 +218,7 @@ def onset_acceleration_g_of_current_stack_state(
     for k in range(stone_count):
         s = stone_count - 1 - k
         rows = slice_stone_rows(stack_states, s)
-        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
+        if not load_fall_flags_and_last_upright_time(rows, lane).is_still_simulated > 0.0:
             continue
         mass, place = load_stone_constants(rows, lane).mass, load_stone_state(rows, lane).centre_position
         above = MassAndMassMomentAboveJoint(
@@ -256,9 +259,9 @@ def rest_acceleration_limit_g_or_0_if_moving(
     stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int
 ) -> float:
     """Return the base acceleration over g up to which a stack at rest stays at rest; 0 if the stack is not at rest."""
-    if not all_contact_points_carry_load(stack_states, lane, stone_count, max_corner_count_per_face):
+    if not all_points_under_unfallen_stones_carry_load(stack_states, lane, stone_count, max_corner_count_per_face):
         return 0.0
-    limit = load_rest_flag_and_limits(
+    limit = load_rest_flag_and_acceleration_limits(
         stack_states, lane
     ).rest_limit_to_onset_acceleration_ratio * onset_acceleration_g_of_current_stack_state(
         stack_states, lane, stone_count, max_corner_count_per_face
@@ -274,12 +277,12 @@ def unfallen_stones_are_upright_and_still(
 ) -> bool:
     """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
     step = (
-        load_stack_limits(stack_states, lane).tick_length_s
+        load_tick_length_failure_and_rest_limits(stack_states, lane).tick_length_s
         * load_next_step_to_attempt(stack_states, lane).length_in_ticks
     )
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
+        if not load_fall_flags_and_last_upright_time(rows, lane).is_still_simulated > 0.0:
             continue
         constants, stone = load_stone_constants(rows, lane), load_stone_state(rows, lane)
         axes, arm = rotation_matrix(stone.rotation), constants.centre_height + constants.upper_face_height_above_centre
@@ -315,7 +318,7 @@ def time_until_upright_stack_stops_sliding(
     size = state_array_length_per_joint(max_corner_count_per_face)
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        if not load_fall_state(rows, lane).is_still_simulated > 0.0:
+        if not load_fall_flags_and_last_upright_time(rows, lane).is_still_simulated > 0.0:
             continue
         if squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(load_stone_state(rows, lane).rotation)) >= (
             MAX_TILT_RATIO_AT_REST

@@ -30,7 +30,7 @@ from overturning.dem.kernel.lanes import (
     assume_vector_multiple,
 )
 from overturning.dem.stack.access import (
-    load_base_overhang,
+    load_base_overhang_and_normal_slopes,
     load_face_corner,
     load_joint_frame,
     load_point_position,
@@ -134,7 +134,10 @@ def add_rim_points_to_mean_normal_sums(
     for j in range(assume_vector_multiple(lane_count)):
         own, previous = load_face_corner(lower_side_rows, j), load_face_corner(previous_lower_side_rows, j)
         slope_x, slope_y = slopes_of_upper_base_normal(load_relative_motion(joint_rows, j))
-        rim, other = load_base_overhang(lower_side_rows, j), load_base_overhang(previous_lower_side_rows, j)
+        rim, other = (
+            load_base_overhang_and_normal_slopes(lower_side_rows, j),
+            load_base_overhang_and_normal_slopes(previous_lower_side_rows, j),
+        )
         full, corner = (
             contact_normal_weight_of_rim_side(
                 rim.max_base_corner_distance_beyond_side, own.next_side_distance_from_face_centre

@@ -29,8 +29,8 @@ from overturning.dem.stack.access import (
     VALUE_COUNT_PER_CASE_IN_ALL_LANES,
     VALUE_COUNT_PER_STONE_IN_ALL_LANES,
     load_case_progress,
-    load_fall_state,
-    load_rest_flag_and_limits,
+    load_fall_flags_and_last_upright_time,
+    load_rest_flag_and_acceleration_limits,
     load_stone_state,
     slice_stone_rows,
     store_inertial_accelerations_until_next_sample,
@@ -58,16 +58,21 @@ from overturning.dem.stack.state import (
 )
 from overturning.dem.stack.step import attempt_time_steps_of_stacks, state_array_length_per_joint
 
-TICKS_SINCE_SAMPLE_START_ROW, CURRENT_SAMPLE_ROW, INITIAL_ENERGY_ROW, LOADED_SAMPLE_NUMBER_ROW = (
+(
+    TICKS_SINCE_SAMPLE_START_ROW_OFFSET,
+    CURRENT_SAMPLE_ROW_OFFSET,
+    INITIAL_ENERGY_ROW_OFFSET,
+    LOADED_SAMPLE_NUMBER_ROW_OFFSET,
+) = (
     CASE_ROW_LAYOUT.row_offset_of_field(StackClockWithinSample, "ticks_since_sample_start"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample"),
     CASE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "initial_energy"),
     CASE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
 )
-LAST_UPRIGHT_TICK_IN_SAMPLE_ROW = STONE_ROW_LAYOUT.row_offset_of_field(
+LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET = STONE_ROW_LAYOUT.row_offset_of_field(
     StonePeakLeanAndLastUprightTick, "last_upright_tick_in_sample"
 )
-LAST_UPRIGHT_TIME_ROW = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "last_upright_time_s")
+LAST_UPRIGHT_TIME_ROW_OFFSET = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "last_upright_time_s")
 
 
 class StackKernelInput(NamedTuple):
@@ -156,27 +161,35 @@ def advance_sample_and_load_base_motion(
         for j in range(assume_vector_multiple(lane_count)):
             store_rotation(rows, j, renormalise_nearly_unit_quaternion(load_stone_state(rows, j).rotation))
             then = (
-                load_case_progress(stack_states, j).current_sample + rows[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] * scale
+                load_case_progress(stack_states, j).current_sample
+                + rows[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j] * scale
             ) * interval
-            present = load_fall_state(rows, j).is_still_simulated > 0.0
-            rows[LAST_UPRIGHT_TIME_ROW + j] = (
+            present = load_fall_flags_and_last_upright_time(rows, j).is_still_simulated > 0.0
+            rows[LAST_UPRIGHT_TIME_ROW_OFFSET + j] = (
                 then
-                if (rows[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] >= 0.0) & present
-                else rows[LAST_UPRIGHT_TIME_ROW + j]
+                if (rows[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j] >= 0.0) & present
+                else rows[LAST_UPRIGHT_TIME_ROW_OFFSET + j]
             )
-            rows[LAST_UPRIGHT_TICK_IN_SAMPLE_ROW + j] = -1.0
+            rows[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j] = -1.0
     for j in range(assume_vector_multiple(lane_count)):
         # The times at which the stones were upright are their own, above.
         begun = continuation_sample_tick_and_last_upright_time(
-            load_case_progress(stack_states, j), stack_states[TICKS_SINCE_SAMPLE_START_ROW + j], -1.0, ticks, interval
+            load_case_progress(stack_states, j),
+            stack_states[TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j],
+            -1.0,
+            ticks,
+            interval,
         )
-        stack_states[CURRENT_SAMPLE_ROW + j], stack_states[TICKS_SINCE_SAMPLE_START_ROW + j] = begun[0], begun[1]
+        stack_states[CURRENT_SAMPLE_ROW_OFFSET + j], stack_states[TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] = (
+            begun[0],
+            begun[1],
+        )
     last = up.shape[0] - 3
     for j in range(assume_vector_multiple(lane_count)):
         course = load_case_progress(stack_states, j)
-        if stack_states[LOADED_SAMPLE_NUMBER_ROW + j] == course.current_sample + 1.0:
+        if stack_states[LOADED_SAMPLE_NUMBER_ROW_OFFSET + j] == course.current_sample + 1.0:
             continue
-        stack_states[LOADED_SAMPLE_NUMBER_ROW + j] = course.current_sample + 1.0
+        stack_states[LOADED_SAMPLE_NUMBER_ROW_OFFSET + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
         horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
         store_inertial_accelerations_until_next_sample(
@@ -240,7 +253,7 @@ def mark_possibly_ended_stacks(
         course, total = load_case_progress(stack_states, j), 0.0
         for s in range(stone_count):
             total += stone_state_sum_for_finite_check(load_stone_state(slice_stone_rows(stack_states, s), j))
-        sample = course.current_sample + stack_states[TICKS_SINCE_SAMPLE_START_ROW + j] / ticks_per_sample
+        sample = course.current_sample + stack_states[TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] / ticks_per_sample
         due = total - total != 0.0 or sample >= min(course.cannot_start_moving_from_sample, record_sample_count)
         due = (
             due
@@ -269,8 +282,8 @@ def skip_samples_too_weak_to_move_resting_cases(
         return
     for j in range(active_lane_count):
         course = load_case_progress(state, j)
-        bound = load_rest_flag_and_limits(state, j).max_possible_base_acceleration_without_motion_g
-        now = course.current_sample + state[TICKS_SINCE_SAMPLE_START_ROW + j] * (1.0 / settings.ticks_per_sample)
+        bound = load_rest_flag_and_acceleration_limits(state, j).max_possible_base_acceleration_without_motion_g
+        now = course.current_sample + state[TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] * (1.0 / settings.ticks_per_sample)
         # Test the motion first: testing the stack takes longer.
         if not (state[MAY_BE_AT_REST_ROW_OFFSET + j] > 0.0 and is_rest_check_sample(now)):
             continue
@@ -280,7 +293,7 @@ def skip_samples_too_weak_to_move_resting_cases(
         rest_limit = rest_acceleration_limit_g_or_0_if_moving(state, j, stones, corners)
         if rest_limit > 0.0:
             samples = count_skippable_samples(ground, direction, now, course.amplitude_factor, rest_limit)
-            state[CURRENT_SAMPLE_ROW + j] += samples
+            state[CURRENT_SAMPLE_ROW_OFFSET + j] += samples
             skipped_sample_totals_by_lane_in_place[j] += samples
 
 

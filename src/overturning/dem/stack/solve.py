@@ -263,7 +263,7 @@ def eliminate_stone_from_equations(
     fixed_part = matrix_6x6_times_wrench(
         inverse,
         wrench_plus(
-            upper_stone_equations.right_hand_side,
+            upper_stone_equations.impulse_right_hand_side,
             shift_wrench_to_stone_centre(wrench, contact_origin_from_upper_stone_centre),
         ),
     )
@@ -280,7 +280,7 @@ def eliminate_stone_from_equations(
         ),
         wrench_plus(
             wrench_minus(
-                lower_stone_equations.right_hand_side,
+                lower_stone_equations.impulse_right_hand_side,
                 shift_wrench_to_stone_centre(wrench, contact_origin_from_lower_stone_centre),
             ),
             matrix_6x6_times_wrench(back, fixed_part),
@@ -305,7 +305,7 @@ def solve_velocity_correction_of_lowest_stone(
         ),
     )
     right = wrench_plus(
-        lowest_stone_equations_without_upper_stones.right_hand_side,
+        lowest_stone_equations_without_upper_stones.impulse_right_hand_side,
         shift_wrench_to_stone_centre(
             scale_wrench(half_step_length_s, joint_equations.predicted_wrench_replaced_by_velocity_change),
             contact_origin_from_stone_centre,

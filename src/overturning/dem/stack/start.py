@@ -17,16 +17,16 @@ from overturning.dem.stack.access import (
     slice_stone_rows,
     store_case_progress,
     store_face_corner,
-    store_fall_state,
+    store_fall_flags_and_last_upright_time,
     store_joint_constants,
     store_joint_state_at_step_start,
     store_next_step_to_attempt,
     store_peaks,
-    store_rest_flag_and_limits,
-    store_stack_limits,
+    store_rest_flag_and_acceleration_limits,
     store_step_control,
     store_stone_constants,
     store_stone_state,
+    store_tick_length_failure_and_rest_limits,
 )
 from overturning.dem.stack.joint_state import (
     FaceCorner,
@@ -36,7 +36,7 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import (
     PARALLEL_CASE_COUNT,
-    StackRestFlagAndLimits,
+    StackRestFlagAndAccelerationLimits,
     StackTickLengthFailureAndRestLimits,
     StoneConstants,
     StoneFallState,
@@ -66,15 +66,15 @@ def write_initial_stack_state(
         case_table_row.min_allowed_step_ticks, case_table_row.longest_step_with_all_contacts_closed_ticks, steps,
         case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
-    store_stack_limits(stack_states, lane, StackTickLengthFailureAndRestLimits(
+    store_tick_length_failure_and_rest_limits(stack_states, lane, StackTickLengthFailureAndRestLimits(
         sampling_interval / ticks_per_sample, case_table_row.max_penetration,
         case_table_row.max_base_acceleration_for_sample_long_steps_g,
         case_table_row.max_kinetic_energy_at_rest, case_table_row.min_distance_of_mass_centre_above_to_joint_side
     ))  # fmt: skip
-    store_rest_flag_and_limits(
+    store_rest_flag_and_acceleration_limits(
         stack_states,
         lane,
-        StackRestFlagAndLimits(
+        StackRestFlagAndAccelerationLimits(
             case_table_row.rest_limit_to_onset_acceleration_ratio,
             case_table_row.max_possible_base_acceleration_without_motion_g,
             0.0,
@@ -158,7 +158,7 @@ def write_stone_constants_and_initial_state(stone_rows: Any, lane: int, stone_ta
         lane,
         StonePeakLeanAndLastUprightTick(squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(turn)), -1.0),
     )
-    store_fall_state(stone_rows, lane, StoneFallState(1.0, 0.0, 0.0))
+    store_fall_flags_and_last_upright_time(stone_rows, lane, StoneFallState(1.0, 0.0, 0.0))
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

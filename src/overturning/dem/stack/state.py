@@ -43,7 +43,7 @@ class StackTickLengthFailureAndRestLimits(NamedTuple):
     """Least distance, over all joints, of the centre of mass above from the nearest side of the joint, m."""
 
 
-class StackRestFlagAndLimits(NamedTuple):
+class StackRestFlagAndAccelerationLimits(NamedTuple):
     """Limits of base acceleration up to which a stack stays at rest, and 1 or 0 for whether it may be at rest."""
 
     rest_limit_to_onset_acceleration_ratio: float
@@ -198,7 +198,7 @@ class DiagonalBlockAndRightSide(NamedTuple):
     """Diagonal 6 × 6 block and right-hand side of one stone in the equations of a step."""
 
     diagonal_block: VelocityToForceBlocks
-    right_hand_side: ForceAndMomentOrVelocities
+    impulse_right_hand_side: ForceAndMomentOrVelocities
 
 
 class StoneCorrectionFromStoneBelow(NamedTuple):
@@ -226,7 +226,8 @@ class StoneContactForceSums(NamedTuple):
 
 
 CASE_ROW_LAYOUT: Final = TupleRowLayout(
-    PARALLEL_CASE_COUNT, CaseStepLengthsAndDoublingCounts, StackTickLengthFailureAndRestLimits, StackRestFlagAndLimits,
+    PARALLEL_CASE_COUNT, CaseStepLengthsAndDoublingCounts, StackTickLengthFailureAndRestLimits,
+    StackRestFlagAndAccelerationLimits,
     StackClockWithinSample,
     StackEnergyAccountAndPeakPenetration, InertialAndUpwardBaseAccelerations3D, LoadedBaseMotionSampleNumber,
     CaseProgress, NextStepToAttempt,

@@ -65,7 +65,7 @@ def joint_constants_of_stack(
     ratio, damping = (
         np.array([own if (given := getattr(stone, name)) is None else given for stone in stones])
         for name, own in (
-            ("base_joint_stiffness_ratio", default_joint_contact_properties.stiffness_ratio),
+            ("tangential_to_normal_stiffness_of_joint_below", default_joint_contact_properties.stiffness_ratio),
             ("base_joint_damping_ratio", default_joint_contact_properties.damping_ratio),
         )
     )

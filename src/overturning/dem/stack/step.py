@@ -36,7 +36,7 @@ from overturning.dem.stack.patch import (
     predict_base_corner_positions,
     predict_lowest_stone_motion_relative_to_ground,
     predict_motion_relative_to_stone_below,
-    update_rim_distance_and_check_full_support,
+    update_corner_rim_distance_and_check_full_support,
 )
 from overturning.dem.stack.predict_loops import (
     compute_upper_stone_velocity_corrections,
@@ -88,7 +88,7 @@ def predict_contact_points_and_patch_forces(
     for i in range(upper_count):
         used_point_count_and_indices_of_joint[1 + i] = i
     count = upper_count
-    if lower_count > 0 and not update_rim_distance_and_check_full_support(
+    if lower_count > 0 and not update_corner_rim_distance_and_check_full_support(
         joint_rows, joint_point_rows, upper_count, lower_count, lane_count
     ):
         clip_base_sides_and_add_patch_perimeter(joint_rows, joint_point_rows, upper_count, lower_count, lane_count)

@@ -19,7 +19,7 @@ from overturning.records.component import (
     VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE,
     RecordComponent,
     checked_axis_direction_from_name_or_code,
-    classify_as_surface_or_borehole,
+    classify_as_borehole_or_else_surface,
     horizontal_direction_from_azimuth_code,
     parse_axis_direction,
     sensor_location_in_header_line,
@@ -142,7 +142,7 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
         station=station,
         origin_time_utc=origin,
         station_latitude_longitude_deg=(latitude, longitude),
-        sensor_position=classify_as_surface_or_borehole(location_text=channel),
+        sensor_position=classify_as_borehole_or_else_surface(location_text=channel),
         sensor_location=sensor_location_in_header_line(channel),
         header_peak=header.field_peak_acceleration(
             "peak", UNIT_IN_M_S2_BY_NAME[_header_peak_unit(header)], format_states_sign_of_peak=True

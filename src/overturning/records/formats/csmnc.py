@@ -12,7 +12,7 @@ from typing import Final
 from overturning.records.component import (
     AzimuthAndVerticalSense,
     RecordComponent,
-    classify_as_surface_or_borehole,
+    classify_as_borehole_or_else_surface,
     parse_axis_direction,
 )
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
@@ -69,7 +69,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
                 header.field_text("origin"), *TIME_FORMATS, utc_offset=BEIJING_UTC_OFFSET
             ),
             header_peak=header.field_peak_acceleration("peak", GAL) if header.field_text("peak") else None,
-            sensor_position=classify_as_surface_or_borehole(location_text=header.field_text("observing point")),
+            sensor_position=classify_as_borehole_or_else_surface(location_text=header.field_text("observing point")),
             sensor_location=" ".join(header.field_text("observing point").split()),
             is_already_corrected=header.field_text("quantity").upper().startswith("CORRECTED"),
             extra_metadata=header.number_fields_as_metadata({"depth_km": "depth"}),

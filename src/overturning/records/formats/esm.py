@@ -3,7 +3,11 @@
 import re
 from typing import Final
 
-from overturning.records.component import RecordComponent, classify_as_surface_or_borehole, direction_from_channel_code
+from overturning.records.component import (
+    RecordComponent,
+    classify_as_borehole_or_else_surface,
+    direction_from_channel_code,
+)
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -62,7 +66,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             header_peak=header.field_peak_acceleration("PGA_CM/S^2", GAL, format_states_sign_of_peak=True)
             if text("PGA_CM/S^2")
             else None,
-            sensor_position=classify_as_surface_or_borehole(header.optional_number_in_field("SENSOR_DEPTH_M")),
+            sensor_position=classify_as_borehole_or_else_surface(header.optional_number_in_field("SENSOR_DEPTH_M")),
             sensor_location=text("LOCATION"),
             is_already_corrected=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             epicentre=(

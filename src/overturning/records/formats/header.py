@@ -312,7 +312,7 @@ class HeaderFields(TextLines):
 
     def create_component(
         self,
-        axis_name: str,
+        axis_name_in_file: str,
         axis_direction: AzimuthAndVerticalSense,
         acceleration: FloatArray,
         sampling_interval: float,
@@ -329,7 +329,13 @@ class HeaderFields(TextLines):
             usual | {"station_latitude_longitude_deg": self.field_latitude_and_longitude_deg("coordinates")} | metadata
         )
         return RecordComponent.from_file(
-            self.source, axis_name, axis_direction, acceleration, sampling_interval, extra_metadata=extra, **metadata
+            self.source,
+            axis_name_in_file,
+            axis_direction,
+            acceleration,
+            sampling_interval,
+            extra_metadata=extra,
+            **metadata,
         )
 
 

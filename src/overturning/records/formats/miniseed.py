@@ -11,7 +11,7 @@ from overturning.errors import RecordError, RecordRefusalReasonCollector
 from overturning.records.component import (
     RecordComponent,
     channel_direction_mismatch_notes,
-    classify_as_surface_or_borehole,
+    classify_as_borehole_or_else_surface,
     direction_with_channel_code_fallback_and_notes,
 )
 from overturning.records.declared_properties import DeclaredFileProperties
@@ -132,7 +132,7 @@ def _component_of_trace(
         start_time_utc=moment.datetime.replace(tzinfo=UTC),
         station=obspy_trace.stats.station,
         station_latitude_longitude_deg=(epoch.obspy_channel.latitude, epoch.obspy_channel.longitude),
-        sensor_position=classify_as_surface_or_borehole(epoch.obspy_channel.depth),
+        sensor_position=classify_as_borehole_or_else_surface(epoch.obspy_channel.depth),
         sensor_location=obspy_trace.stats.location or BLANK_LOCATION_CODE,
         unit_declared_if_format_states_none=user_declared_properties.unit
         if user_declared_properties.unit and ACCELERATION_UNITS_IN_M_S2.get(user_declared_properties.unit) == scale

@@ -11,7 +11,7 @@ from overturning.records.component import (
     PeakStatedInFileHeader,
     RecordComponent,
     channel_direction_mismatch_notes,
-    classify_as_surface_or_borehole,
+    classify_as_borehole_or_else_surface,
     direction_from_azimuth_and_dip_with_notes,
     direction_with_channel_code_fallback_and_notes,
 )
@@ -121,7 +121,7 @@ def _component_of_trace(
         header_peak=PeakStatedInFileHeader.from_signed_acceleration(extreme * scale, 2e-7)
         if extreme is not None
         else None,
-        sensor_position=classify_as_surface_or_borehole(header_number("stdp")),
+        sensor_position=classify_as_borehole_or_else_surface(header_number("stdp")),
         sensor_location=obspy_trace.stats.location,
         is_already_corrected=bool(user_declared_properties.processed),
         unit_declared_if_format_states_none=declared_unit_if_file_states_none,

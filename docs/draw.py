@@ -16,8 +16,8 @@ from overturning.model.element import Element
 from overturning.model.geometry import (
     PlacedElement,
     nearest_faces_and_separation,
-    place_elements,
     possible_contact_points_of_elements,
+    scale_and_place_elements,
 )
 from overturning.model.scene import Scene
 
@@ -264,7 +264,7 @@ def _pair(*elements: dict) -> tuple[PlacedElement, PlacedElement]:
         materials=Scene.model_fields["materials"].default,
         elements=tuple(Element(name=f"e{number}", **element) for number, element in enumerate(elements)),
     )  # fmt: skip
-    first, second = place_elements(scene)
+    first, second = scale_and_place_elements(scene)
     return second, first
 
 

@@ -33,7 +33,7 @@ from overturning.commands.application import app
 from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, ResultError
 from overturning.figures.explore import explorer_page_data
-from overturning.figures.ground import response_spectra_along_azimuths, smoothed_fourier_spectra
+from overturning.figures.ground import pseudo_acceleration_spectra_along_azimuths, smoothed_fourier_spectra
 from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, parse_font_family_and_size
 from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_dataset_by_azimuth
@@ -184,7 +184,7 @@ def test_a_saved_selection_of_one_amplitude_keeps_its_amplitude_factor(tmp_path:
 def test_a_record_is_accepted_in_place_of_a_motion() -> None:
     record, azimuth = sine_cycle_record(), [0.0, 30.0]
     motion = Motion.of(record)
-    for draw in (smoothed_fourier_spectra, response_spectra_along_azimuths):
+    for draw in (smoothed_fourier_spectra, pseudo_acceleration_spectra_along_azimuths):
         np.testing.assert_allclose(draw(record, azimuth)[1], draw(motion, azimuth)[1], rtol=0, atol=1e-12)
     assert intensity_dataset_by_azimuth(record, azimuth).equals(intensity_dataset_by_azimuth(motion, azimuth))
     cases = overturning.Cases([0.0], 0.6, 0.2, 1.0)

@@ -18,7 +18,7 @@ from overturning.report.filters import (
     format_share_with_interval,
 )
 from overturning.study.load import load_study
-from verification.tables import ROOT, insert_markdown_between_markers_in_docs, markdown_table
+from verification.tables import ROOT, markdown_table, update_marked_tables_and_sentences_in_docs
 
 DOCS_IMAGE_FOLDER: Final = ROOT / "docs" / "images"
 """Folder of the images of README.md and README.ja.md."""
@@ -43,7 +43,7 @@ def _finding_row(
     return quantity, shown, estimate.earthquake_count
 
 
-def _short_group_name(group_name: str) -> str:
+def _short_name_of_pulse_group(group_name: str) -> str:
     """Return the name of a group of records, shortened for the table of findings."""
     return "no pulse" if group_name.startswith("without") else "velocity pulse"
 
@@ -52,23 +52,27 @@ def _fault_normal_alignment_rows(study_findings: Findings) -> Iterator[QuantityV
     """Yield a row for each group of records: alignment of the falls with the fault normal."""
     for group in study_findings.direction.groups:
         yield _finding_row(
-            f"alignment with the fault normal, {_short_group_name(group.record_group)}",
+            f"alignment with the fault normal, {_short_name_of_pulse_group(group.record_group)}",
             group.mean_cos_2_angle_to_fault_normal,
         )
 
 
-def _velocity_and_fault_alignment_rows(study_findings: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
+def _fall_alignment_with_pgv_and_fault_normal_rows(
+    study_findings: Findings,
+) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield rows for each group of records: alignment of the falls with the peak velocity and with the fault normal."""
     for group in study_findings.reference_alignments:
         axes = {one.reference: one for one in group.references if one.axis_or_direction == "axis"}
         for name in ("peak velocity", "fault normal"):
             yield _finding_row(
-                f"alignment with the {name}, {_short_group_name(group.record_group)}",
+                f"alignment with the {name}, {_short_name_of_pulse_group(group.record_group)}",
                 axes[name].alignment_over_all_b_over_h,
             )
 
 
-def _rows_comparing_falls_with_main_variant(study_findings: Findings) -> Iterator[QuantityValueTextAndEarthquakeCount]:
+def _rows_comparing_falls_in_study_and_variant(
+    study_findings: Findings,
+) -> Iterator[QuantityValueTextAndEarthquakeCount]:
     """Yield rows on falls in the study only, in its main variant (such as another scene) only, and the same in both."""
     (one,) = (each for each in study_findings.contrasts if each.is_primary_comparison)
     yield _finding_row(
@@ -85,10 +89,10 @@ def _rows_comparing_falls_with_main_variant(study_findings: Findings) -> Iterato
 
 ROW_FUNCTION_BY_STUDY: Final[dict[str, Callable[[Findings], Iterator[QuantityValueTextAndEarthquakeCount]]]] = {
     "near-fault": _fault_normal_alignment_rows,
-    "in-space": _velocity_and_fault_alignment_rows,
-    "three-tier": _rows_comparing_falls_with_main_variant,
-    "stack-3d": _rows_comparing_falls_with_main_variant,
-    "waiau": _rows_comparing_falls_with_main_variant,
+    "in-space": _fall_alignment_with_pgv_and_fault_normal_rows,
+    "three-tier": _rows_comparing_falls_in_study_and_variant,
+    "stack-3d": _rows_comparing_falls_in_study_and_variant,
+    "waiau": _rows_comparing_falls_in_study_and_variant,
 }
 
 
@@ -133,7 +137,7 @@ def main() -> None:
         shutil.copyfile(drawn, DOCS_IMAGE_FOLDER / picture)
         write_japanese_copy_of_figure(DOCS_IMAGE_FOLDER / picture)
     table = markdown_table(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)
-    insert_markdown_between_markers_in_docs({"found": table, "stack-3d": stack})
+    update_marked_tables_and_sentences_in_docs({"found": table, "stack-3d": stack})
 
 
 if __name__ == "__main__":

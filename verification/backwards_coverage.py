@@ -36,9 +36,9 @@ from overturning.surveys.stones import Stone, read_counted_stones
 from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
-    insert_markdown_between_markers_in_docs,
     markdown_table,
     named_parts_or_all_if_none,
+    update_marked_tables_and_sentences_in_docs,
     wrap_text,
     write_csv,
 )
@@ -324,12 +324,14 @@ def main(
     """Simulate surveys, estimate their motions, and publish the tables."""
     named = named_parts_or_all_if_none(parts, SELECTABLE_PARTS)
     if "ruin" in named:
-        insert_markdown_between_markers_in_docs({"example-ruin": draw_ruin_motion_figure_and_return_markdown(threads)})
+        update_marked_tables_and_sentences_in_docs(
+            {"example-ruin": draw_ruin_motion_figure_and_return_markdown(threads)}
+        )
     if "coverage" not in named:
         return
     rows = measure_interval_coverage(surveys, threads)
     write_csv(survey_rows_with_cross_validated_exponent(rows), RESULT_TABLE_FOLDER / "backwards-coverage.csv")
-    insert_markdown_between_markers_in_docs(coverage_markdown_by_marker(rows))
+    update_marked_tables_and_sentences_in_docs(coverage_markdown_by_marker(rows))
     print(
         f"powers chosen on the other half: {choose_likelihood_exponent(rows[rows['half'] == 1])}, "
         f"{choose_likelihood_exponent(rows[rows['half'] == 0])}; "

@@ -41,18 +41,22 @@ from verification.measures import (
     join_results,
     percentage,
     run_case_groups,
-    wrong_flag_and_outcome_percentages,
+    wrong_flag_and_flag_or_side_percentages,
 )
 from verification.tables import (
     RESULT_TABLE_FOLDER,
     MeasuredNumber,
-    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
     named_parts_or_all_if_none,
+    update_marked_tables_and_sentences_in_docs,
     write_measured_numbers,
 )
 from verification.timing import minimum_processor_time, run_python_program_and_measure_cpu_time
-from verification.whole_run import QUANTITY_PREFIX_WITH_FORK_SERVER, fork_server_comparison_table, measure_whole_run
+from verification.whole_run import (
+    QUANTITY_PREFIX_WITH_FORK_SERVER,
+    fork_server_comparison_table,
+    measure_whole_run_with_and_without_fork_server,
+)
 
 
 @njit
@@ -228,7 +232,7 @@ def measure_time_and_errors_of_default_study(azimuth_count: int = 36) -> list[Me
         ("where the neighbours agree", far.counts_where_neighbours_agree),
         ("of all cells, against an eighth of the step", far.counts_of_all_cases),
     ):
-        flags, sides = wrong_flag_and_outcome_percentages(counts)
+        flags, sides = wrong_flag_and_flag_or_side_percentages(counts)
         rows.append(MeasuredNumber(f"default study: wrong flags {where}", flags, "%"))
         rows.append(MeasuredNumber(f"default study: wrong sides {where}", sides, "%"))
     return rows
@@ -266,7 +270,7 @@ def measure_effect_of_skipping_samples_at_rest(azimuth_count: int = 18) -> list[
     ]
 
 
-def measure_memory_and_time_by_case_count() -> list[MeasuredNumber]:
+def measure_time_by_case_count_and_peak_memory() -> list[MeasuredNumber]:
     """Measure the memory of a million cases, and the time per case from 10⁴ to 10⁶ cases."""
     t = np.arange(60) * 0.02
     motion = Motion(6.0 * np.sin(2 * np.pi * t / 0.5), 0 * t, sampling_interval=0.02)
@@ -291,10 +295,10 @@ def measure_memory_and_time_by_case_count() -> list[MeasuredNumber]:
 
 
 MEASUREMENT_FUNCTION_BY_PART: dict[str, Callable[[], list[MeasuredNumber]]] = {
-    "growth": measure_memory_and_time_by_case_count, "throughput": measure_block_step_throughput,
+    "growth": measure_time_by_case_count_and_peak_memory, "throughput": measure_block_step_throughput,
     "sweep": measure_time_per_case_and_rigid_agreement,
     "compilation": measure_compile_and_load_time, "study": measure_time_and_errors_of_default_study,
-    "whole-run": measure_whole_run, "left-out": measure_effect_of_skipping_samples_at_rest
+    "whole-run": measure_whole_run_with_and_without_fork_server, "left-out": measure_effect_of_skipping_samples_at_rest
 }  # fmt: skip
 
 
@@ -326,7 +330,7 @@ def main(
             if name == "whole-run"
             else {}
         )
-        insert_markdown_between_markers_in_docs(bodies | own)
+        update_marked_tables_and_sentences_in_docs(bodies | own)
 
 
 if __name__ == "__main__":

@@ -45,9 +45,9 @@ from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
-    insert_markdown_between_markers_in_docs,
     iterate_rows,
     markdown_table,
+    update_marked_tables_and_sentences_in_docs,
     wrap_text,
     write_measured_numbers,
 )
@@ -277,13 +277,13 @@ def main() -> None:
     with open_study_results(NEAR_FAULT_STUDY_RESULT_FOLDER, study) as results:
         found = results.population_rates_by_variant[NOMINAL_VARIANT]
         comparison = draw_population_fall_rates_and_return_markdown(results)
-        insert_markdown_between_markers_in_docs(
+        update_marked_tables_and_sentences_in_docs(
             {"population": f"{comparison}\n{wrap_text(text_comparing_grid_and_per_stone_fall_rates(results), '- ')}"}
         )
-        insert_markdown_between_markers_in_docs(copy_criteria_figure_and_return_skill_tables(results))
+        update_marked_tables_and_sentences_in_docs(copy_criteria_figure_and_return_skill_tables(results))
         rows, rates = read_published_fall_rates(), fall_rates_percent_of_unscaled_records(found)
         draw_published_and_computed_fall_rates(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
-        insert_markdown_between_markers_in_docs(
+        update_marked_tables_and_sentences_in_docs(
             {
                 "published-surveys": published_fall_rate_table(rows, rates),
                 "published-surveys-computed": computed_fall_rate_sentence(rates, found),

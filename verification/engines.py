@@ -223,9 +223,7 @@ class PrismHalfSizesAndFriction(NamedTuple):
     friction: float
 
 
-def effective_gravity_in_base_frame_by_step(
-    motion: Motion, prism_orientation_deg: float, time_step: float
-) -> np.ndarray:
+def effective_gravity_at_step_middles(motion: Motion, prism_orientation_deg: float, time_step: float) -> np.ndarray:
     """Return gravity minus ground acceleration by time step, m/s², shape (steps, 3), with x along an orientation.
 
     The values are those of `interpolate_acceleration_at_step_middles`: at the middle of each step.
@@ -242,7 +240,7 @@ def effective_gravity_in_base_frame_by_step(
 
 
 def fall_direction_in_mujoco(
-    prism: PrismHalfSizesAndFriction, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
+    prism: PrismHalfSizesAndFriction, effective_gravity_at_step_middles: np.ndarray, time_step: float
 ) -> tuple[float, float] | None:
     """Return x and y of the unit vector along the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
@@ -255,7 +253,7 @@ def fall_direction_in_mujoco(
         impedance_ratio=10,
     )
     data = engine.MjData(model)
-    for pull in effective_gravity_in_base_frame_by_step:
+    for pull in effective_gravity_at_step_middles:
         model.opt.gravity[:] = pull
         engine.mj_step(model, data)
         if data.xmat[1][8] < MAX_VERTICAL_COMPONENT_OF_FALLEN_AXIS:
@@ -264,7 +262,7 @@ def fall_direction_in_mujoco(
 
 
 def fall_direction_in_bullet(
-    prism: PrismHalfSizesAndFriction, effective_gravity_in_base_frame_by_step: np.ndarray, time_step: float
+    prism: PrismHalfSizesAndFriction, effective_gravity_at_step_middles: np.ndarray, time_step: float
 ) -> tuple[float, float] | None:
     """Return x and y of the unit vector along the axis of a prism that falls in Bullet; None if it stands."""
     import pybullet as engine
@@ -289,7 +287,7 @@ def fall_direction_in_bullet(
                 angularDamping=0, collisionMargin=0.0, activationState=engine.ACTIVATION_STATE_DISABLE_SLEEPING,
                 physicsClientId=client,
             )  # fmt: skip
-        for pull in effective_gravity_in_base_frame_by_step.tolist():
+        for pull in effective_gravity_at_step_middles.tolist():
             engine.setGravity(*pull, physicsClientId=client)
             engine.stepSimulation(physicsClientId=client)
             x, y, z, w = engine.getBasePositionAndOrientation(body, physicsClientId=client)[1]
@@ -365,7 +363,7 @@ def fall_azimuth_of_prism(
     time_step: float,
 ) -> float:
     """Return the azimuth to which the top of a fallen prism points in an engine, degrees; NaN if it stands."""
-    axis = engine(prism, effective_gravity_in_base_frame_by_step(motion, prism_orientation_deg, time_step), time_step)
+    axis = engine(prism, effective_gravity_at_step_middles(motion, prism_orientation_deg, time_step), time_step)
     return np.nan if axis is None else float((prism_orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
 
 

@@ -19,8 +19,8 @@ from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
-    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
+    update_marked_tables_and_sentences_in_docs,
     write_measured_numbers,
 )
 
@@ -121,7 +121,7 @@ def main(
     if before:
         figures += environment_cost_numbers(f"`make setup` at {before}, one lock for all", min(earlier))
     written = write_measured_numbers(figures, RESULT_TABLE_FOLDER / "environments.csv", keep_other_stored_numbers=True)
-    insert_markdown_between_markers_in_docs({"environments": measured_numbers_table(written)})
+    update_marked_tables_and_sentences_in_docs({"environments": measured_numbers_table(written)})
 
 
 if __name__ == "__main__":

@@ -168,7 +168,7 @@ def survey_csv_text() -> str:
     return "\n".join(lines) + "\n"
 
 
-def output_of_overturning_command(*arguments: str) -> str:
+def run_overturning_command_and_wrap_output(*arguments: str) -> str:
     """Return what a command of `overturning` prints, with long lines wrapped."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
@@ -202,8 +202,8 @@ def survey_command_output_by_marker() -> dict[str, str]:
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
         simulate_and_write_example_cube(cube)
-        compared = output_of_overturning_command("survey", str(EXAMPLE_SURVEY_FILE), "--cube", str(cube))
-    summary = output_of_overturning_command("survey", str(EXAMPLE_SURVEY_FILE))
+        compared = run_overturning_command_and_wrap_output("survey", str(EXAMPLE_SURVEY_FILE), "--cube", str(cube))
+    summary = run_overturning_command_and_wrap_output("survey", str(EXAMPLE_SURVEY_FILE))
     return {
         "example-survey": summary,
         "example-survey-compared": compared[compared.index("example-cemeteries.csv against") :],
@@ -212,14 +212,14 @@ def survey_command_output_by_marker() -> dict[str, str]:
 
 def inferred_motion_output_by_marker() -> dict[str, str]:
     """Return the printed motion inferred from the survey, without the list of the likeliest motions, by marker."""
-    text = output_of_overturning_command("backwards", str(EXAMPLE_SURVEY_FILE))
+    text = run_overturning_command_and_wrap_output("backwards", str(EXAMPLE_SURVEY_FILE))
     return {"example-survey-backwards": text[text.index("\n\nFrom ") : text.index("  motion ")].strip()}
 
 
 def main() -> None:
     """Write the survey, the rose of its falls, and the output of the commands in the page."""
     write_text(EXAMPLE_SURVEY_FILE, survey_csv_text())
-    output_of_overturning_command("survey", str(EXAMPLE_SURVEY_FILE), "--rose", str(ROSE_DIAGRAM_FILE))
+    run_overturning_command_and_wrap_output("survey", str(EXAMPLE_SURVEY_FILE), "--rose", str(ROSE_DIAGRAM_FILE))
     page = SURVEY_DOCS_PAGE_FILE.read_text(encoding="utf-8")
     for mark, block in (survey_command_output_by_marker() | inferred_motion_output_by_marker()).items():
         begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"

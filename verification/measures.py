@@ -82,7 +82,7 @@ def convergence_order(time_steps: FloatArray, error_by_time_step: FloatArray) ->
     return float(np.polyfit(np.log(time_steps[good]), np.log(error_by_time_step[good]), 1)[0])
 
 
-def neighbours_have_same_flag(flags: Flags) -> NDArray[np.bool_]:
+def all_azimuth_and_b_over_h_neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
     """Return True for cells whose neighbours in azimuth (over half a circle) and B/H have the same flag.
 
     The last axes are those of `inputs.case_grid`.
@@ -118,7 +118,7 @@ class DifferencesFromReferenceResults(NamedTuple):
         include wrong flags), are percentages of all cases; the errors of peak rotation are those of
         `standing_block_peak_rotation_errors_over_alpha`.
         """
-        flags, sides = wrong_flag_and_outcome_percentages(self.counts_of_all_cases)
+        flags, sides = wrong_flag_and_flag_or_side_percentages(self.counts_of_all_cases)
         return {
             "million block steps": round(self.computed_steps_times_elements / 1e6, 1),
             "processor time, s": round(processor_time_s, 2),
@@ -145,7 +145,7 @@ def differences_from_reference_results(
     """
     right, flags = reference_results.overturned, results.overturned
     firm = (
-        neighbours_have_same_flag(right.reshape(case_grid_shape)).ravel()
+        all_azimuth_and_b_over_h_neighbours_agree(right.reshape(case_grid_shape)).ravel()
         if case_grid_shape
         else np.zeros(right.size, bool)
     )
@@ -173,6 +173,6 @@ def percentage(part: float, total: float) -> float:
     return 100.0 * part / total if total else float("nan")
 
 
-def wrong_flag_and_outcome_percentages(counts: OutcomeDifferenceCounts) -> tuple[float, float]:
+def wrong_flag_and_flag_or_side_percentages(counts: OutcomeDifferenceCounts) -> tuple[float, float]:
     """Return the shares of cases with a wrong flag and of cases with a wrong flag or side, both in percent."""
     return percentage(counts.flags, counts.cases), percentage(counts.flags + counts.sides, counts.cases)

@@ -15,9 +15,9 @@ from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
-    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
     read_table,
+    update_marked_tables_and_sentences_in_docs,
     write_csv,
     write_measured_numbers,
 )
@@ -47,7 +47,10 @@ def publish_errors_and_return_convergence_orders(
     error_table: pd.DataFrame, readme_and_docs_folder: Path
 ) -> dict[str, float]:
     """Draw figures of the error against run time, publish them with numbers and tables; return convergence orders."""
-    images, orders = readme_and_docs_folder / "docs" / "images", error_page.convergence_orders(error_table)
+    images, orders = (
+        readme_and_docs_folder / "docs" / "images",
+        error_page.fit_convergence_orders_by_measure_and_scheme(error_table),
+    )
     error_figures.draw_errors_against_finer_steps_or_stiffer_springs(error_table, images / "work-precision-steps.svg")
     error_figures.draw_errors_against_rigid_solutions(error_table, images / "work-precision-rigid.svg")
     _publish_numbers_and_tables(
@@ -66,9 +69,9 @@ def publish_stability_maps(
 ) -> None:
     """Draw and publish the maps of stability of single blocks, of scenes and of 3-D stacks."""
     images = readme_and_docs_folder / "docs" / "images"
-    map_figures.draw_block_outcomes_as_points(block_map_rows, images / "stability-map.svg")
+    map_figures.draw_block_outcomes_over_dimensionless_groups(block_map_rows, images / "stability-map.svg")
     map_figures.draw_outcome_shares_by_dimensionless_group(block_map_rows, images / "stability-shares.svg")
-    map_figures.draw_scene_outcomes_as_points(scene_map_rows, images / "stability-scenes.svg")
+    map_figures.draw_scene_outcomes_over_dimensionless_groups(scene_map_rows, images / "stability-scenes.svg")
     _publish_numbers_and_tables(
         map_page.stability_numbers_for_summary_table(block_map_rows, scene_map_rows, stack_map_rows),
         map_page.markdown_by_marker(block_map_rows, scene_map_rows, stack_map_rows), readme_and_docs_folder,
@@ -81,7 +84,7 @@ def _publish_numbers_and_tables(
     """Add measured numbers to the summary file, and write all tables into the docs."""
     kept = readme_and_docs_folder / RESULT_TABLE_FOLDER.relative_to(ROOT)
     known = write_measured_numbers(measured_numbers, kept / "exactness.csv", keep_other_stored_numbers=True)
-    insert_markdown_between_markers_in_docs(
+    update_marked_tables_and_sentences_in_docs(
         markdown_by_marker | {"exactness": measured_numbers_table(known)}, readme_and_docs_folder
     )
 

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from verification.inputs import default_study_case_groups
-from verification.tables import ROOT, insert_markdown_between_markers_in_docs
+from verification.tables import ROOT, update_marked_tables_and_sentences_in_docs
 from verification.timing import run_case_groups_in_subprocess
 from verification.whole_run import compare_run_costs_with_other_checkout
 
@@ -34,7 +34,7 @@ def main(
             study = (ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8")
             print(body := compare_run_costs_with_other_checkout(folder.resolve(), pairs, study), flush=True)
             tables[block] = body
-        insert_markdown_between_markers_in_docs(tables)
+        update_marked_tables_and_sentences_in_docs(tables)
         return
     groups, settings = default_study_case_groups(12, 9)[:3], [{"scheme": scheme} for scheme in COMPARED_SCHEMES]
     runs = [

@@ -68,7 +68,9 @@ class StudyWorkflowCopy:
         """Path of the cube (NetCDF file with all outcomes of the study)."""
         return self.results / CUBE_FILE_NAME
 
-    def subprocess_arguments(self, *options: str, result_file_name: str = CUBE_FILE_NAME) -> dict[str, Any]:
+    def subprocess_arguments_of_snakemake_run(
+        self, *options: str, result_file_name: str = CUBE_FILE_NAME
+    ) -> dict[str, Any]:
         """Return arguments of `subprocess` for the command that makes a file of the results (empty: all)."""
         environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if self._own_kernels:
@@ -82,7 +84,7 @@ class StudyWorkflowCopy:
     def run(self, *options: str, result_file_name: str = CUBE_FILE_NAME) -> subprocess.CompletedProcess[str]:
         """Run the Snakemake command of the study up to a result file and wait for its end."""
         return subprocess.run(
-            **self.subprocess_arguments(*options, result_file_name=result_file_name),
+            **self.subprocess_arguments_of_snakemake_run(*options, result_file_name=result_file_name),
             capture_output=True,
             text=True,
             timeout=_RUN_TIMEOUT_S,
@@ -91,4 +93,4 @@ class StudyWorkflowCopy:
     def start(self) -> psutil.Popen:
         """Start the Snakemake command of the study in a new process group."""
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        return psutil.Popen(**self.subprocess_arguments(), **quiet, start_new_session=True)
+        return psutil.Popen(**self.subprocess_arguments_of_snakemake_run(), **quiet, start_new_session=True)

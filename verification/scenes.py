@@ -19,7 +19,7 @@ from overturning.dem.run import simulate_cases
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, DEFAULT_CONTACT_DAMPING_RATIO
-from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h, scale_and_place_elements
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene, gravestone, load_scene, parse_scene_content
 from overturning.motion.motion import Motion
@@ -30,10 +30,10 @@ from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
-    insert_markdown_between_markers_in_docs,
     markdown_table,
     measured_numbers_table,
     named_parts_or_all_if_none,
+    update_marked_tables_and_sentences_in_docs,
     write_measured_numbers,
 )
 from verification.timing import (
@@ -126,7 +126,7 @@ def measure_speed_and_accuracy_beside_physics_engines(engine_case_count: int) ->
     The engines are physics engines; correct outcomes are given as a share of the cases.
     """
     scene, (motion, cases) = three_tier_scene_and_cases()
-    fine, firm = reference_results_and_robust_case_mask(scene, motion, cases)
+    fine, firm = reference_results_and_step_insensitive_case_mask(scene, motion, cases)
     right = fine.overturned[:, COMPARED_TOP_ELEMENT_INDEX]
     yield MeasuredNumber("cases of the sweep", cases.case_count)
     yield MeasuredNumber("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
@@ -202,7 +202,7 @@ def fall_sides_of_shaft(
     sides = []
     for index in range(group.cases.case_count):
         case = group.parameters_of_case(index)
-        placed = place_elements(scene, case["height"], case["b_over_h"])[1:]
+        placed = scale_and_place_elements(scene, case["height"], case["b_over_h"])[1:]
         wave, interval = group.acceleration_of_case(index), group.motion.sampling_interval
         sides.append(
             fall_sides_of_scene(engine, placed, wave, interval, case["friction"], time_step, stop_after_shaft_falls)[
@@ -212,7 +212,7 @@ def fall_sides_of_shaft(
     return np.array(sides)
 
 
-def reference_results_and_robust_case_mask(
+def reference_results_and_step_insensitive_case_mask(
     scene: Scene, motion: Motion, cases: Cases
 ) -> tuple[CaseResults, np.ndarray]:
     """Return results with a tenth of the stable step, and True where other steps give the shaft the same flag."""
@@ -289,7 +289,7 @@ def compare_block_and_general_kernels(
     # Half of the azimuths; the others are mirror images.
     cases = case_grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
 
-    def simulate_gravestones(
+    def simulate_gravestone_under_all_motions(
         uses_general_kernel: bool, amplitude_factor: float = 1.0, time_step: str = "auto"
     ) -> CaseResults:
         """Simulate the gravestone in either kernel, under all motions times a factor."""
@@ -299,12 +299,15 @@ def compare_block_and_general_kernels(
         )
 
     (own, seconds), (other, general_seconds) = (
-        run_and_measure_min_processor_time(partial(simulate_gravestones, general), 1) for general in (False, True)
+        run_and_measure_min_processor_time(partial(simulate_gravestone_under_all_motions, general), 1)
+        for general in (False, True)
     )
     chaos = np.zeros(own.status.size, bool)
     for general, nominal in ((False, own), (True, other)):
         for change in ({"amplitude_factor": 1 + 1e-9}, {"amplitude_factor": 1 - 1e-9}, {"time_step": "0.5 stable"}):
-            chaos |= (simulate_gravestones(general, **change).overturned != 0) != (nominal.overturned != 0)
+            chaos |= (simulate_gravestone_under_all_motions(general, **change).overturned != 0) != (
+                nominal.overturned != 0
+            )
     fell, far = own.overturned != 0, (own.overturned != 0) != (other.overturned != 0)
     stands = ~fell & ~far & ~chaos
     rocked = np.maximum(other.peak_rotation, 1e-12)
@@ -343,13 +346,13 @@ def main(
     others = tuple(f"{label}:" for label, *_ in COMPARED_SETTINGS[1:])
     for name in named_parts_or_all_if_none(parts, (*made, "steps")):
         if name == "steps":
-            insert_markdown_between_markers_in_docs({"scene-steps": table_of_errors_and_run_time_by_step()})
+            update_marked_tables_and_sentences_in_docs({"scene-steps": table_of_errors_and_run_time_by_step()})
             continue
         file, measure = made[name]
         figures = write_measured_numbers(list(measure()), RESULT_TABLE_FOLDER / file, keep_other_stored_numbers=True)
         shown = [figure for figure in figures if not figure.quantity.startswith(others)]
         print(body := measured_numbers_table(shown), flush=True)
-        insert_markdown_between_markers_in_docs({"both-kernels" if name == "kernels" else "scene-speed": body})
+        update_marked_tables_and_sentences_in_docs({"both-kernels" if name == "kernels" else "scene-speed": body})
 
 
 if __name__ == "__main__":

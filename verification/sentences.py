@@ -1,6 +1,6 @@
 """Measured figures within the sentences of README.md and docs/.
 
-A page contains ``<!--=name-->5<!--/-->``. `verification.tables.insert_markdown_between_markers_in_docs` calls
+A page contains ``<!--=name-->5<!--/-->``. `verification.tables.update_marked_tables_and_sentences_in_docs` calls
 `fill_measured_numbers_into_page`, which replaces the text between the markers by the figure `FIGURES[name]`, computed
 from the tables in verification/results. To state a new figure, add it to `NUMBER_FUNCTION_BY_MARKER`, write its marker
 into the page, and run `python -m verification.tables`.
@@ -28,7 +28,7 @@ def formatted_measured_number(
     return text_template_for_number.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
-def format_errors_and_cost_ratio_of_eighth_step(text_template_for_number: str, results_folder: Path) -> str:
+def format_wrong_flag_shares_and_cost_of_eighth_step(text_template_for_number: str, results_folder: Path) -> str:
     """Return as text: wrong-flag shares, %, at the default time step and 1/8 of it, and ratio of processor times."""
     curve = pd.read_csv(results_folder / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
@@ -48,7 +48,7 @@ def format_rigid_block_disagreement_counts(text_template_for_number: str, result
     return text_template_for_number.format(at[0], at[1] + at[2], at[3])
 
 
-def count_of_boulder_tests_with_motion_left_out(results_folder: Path) -> str:
+def boulder_test_count_predicted_from_other_motions(results_folder: Path) -> str:
     """Return the number of shaking-table tests that are predicted from tests with other motions."""
     rows = pd.read_csv(results_folder / "shaking-table.csv")
     return str(rows.loc[rows["split"] == "motion left out", "tests"].max())
@@ -77,9 +77,9 @@ NUMBER_FUNCTION_BY_MARKER: Final[dict[str, Callable[[Path], str]]] = {
     "operations-cundall": partial(
         formatted_measured_number, _BENCHMARK_FILE, "operations per block step, cundall", "{:.0f}"
     ),
-    "whole-step-flags": partial(format_errors_and_cost_ratio_of_eighth_step, "{0:.1f} %"),
-    "eighth-step-flags": partial(format_errors_and_cost_ratio_of_eighth_step, "{1:.1f} %"),
-    "eighth-step-time": partial(format_errors_and_cost_ratio_of_eighth_step, "{2:.1f}"),
+    "whole-step-flags": partial(format_wrong_flag_shares_and_cost_of_eighth_step, "{0:.1f} %"),
+    "eighth-step-flags": partial(format_wrong_flag_shares_and_cost_of_eighth_step, "{1:.1f} %"),
+    "eighth-step-time": partial(format_wrong_flag_shares_and_cost_of_eighth_step, "{2:.1f}"),
     "planes-right": partial(formatted_measured_number, "in-space.csv", _PLANAR_ACCURACY_QUANTITY, "{:.0f} %"),
     "planes-right-near": partial(
         formatted_measured_number,
@@ -107,7 +107,7 @@ NUMBER_FUNCTION_BY_MARKER: Final[dict[str, Callable[[Path], str]]] = {
     "rigid-cases": partial(format_rigid_block_disagreement_counts, "{0:.0f}"),
     "rigid-otherwise": partial(format_rigid_block_disagreement_counts, "{1:.0f}"),
     "rigid-otherwise-shared": partial(format_rigid_block_disagreement_counts, "{2:.0f}"),
-    "boulder-tests": count_of_boulder_tests_with_motion_left_out,
+    "boulder-tests": boulder_test_count_predicted_from_other_motions,
     "waiau-cases": partial(formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: cases", "{:.0f}"),
     "waiau-with-only": partial(
         formatted_measured_number, _TUTORIAL_NUMBERS_FILE, "2-D: falls with vertical motion only", "{:.1f} %"

@@ -22,7 +22,7 @@ from overturning.model.scene import load_scene
 from overturning.model.stack import Stack
 from overturning.surveys.library import candidate_motions_from_shipped_records
 from overturning.units import CM
-from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
+from verification.tables import markdown_table, update_marked_tables_and_sentences_in_docs
 
 TIME_STEP_DIVISORS: Final = (1, 2, 4, 16)
 """Numbers of parts into which the automatic step is divided; the last is the reference."""
@@ -115,7 +115,7 @@ def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] 
     rows = pd.concat(
         [simulate_flag_slip_and_twist_of_shaft(*one, height, b_over_h, threads) for one in models], ignore_index=True
     )
-    insert_markdown_between_markers_in_docs({"slip-and-twist": slip_and_twist_error_table(rows)})
+    update_marked_tables_and_sentences_in_docs({"slip-and-twist": slip_and_twist_error_table(rows)})
 
 
 if __name__ == "__main__":

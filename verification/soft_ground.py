@@ -19,8 +19,8 @@ from overturning.units import STANDARD_GRAVITY
 from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
-    insert_markdown_between_markers_in_docs,
     markdown_table,
+    update_marked_tables_and_sentences_in_docs,
     wrap_text,
     write_csv,
 )
@@ -105,7 +105,7 @@ def main() -> None:
     study = load_study(ROOT / "config" / "soft-ground.yaml")
     with open_study_results(SOFT_GROUND_STUDY_RESULT_FOLDER, study) as results:
         write_csv(fall_rate_and_axis_table_by_ground(results), RESULT_TABLE_FOLDER / "soft-ground.csv")
-        insert_markdown_between_markers_in_docs(markdown_by_marker(results))
+        update_marked_tables_and_sentences_in_docs(markdown_by_marker(results))
 
 
 if __name__ == "__main__":

@@ -40,9 +40,9 @@ from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
-    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
     named_parts_or_all_if_none,
+    update_marked_tables_and_sentences_in_docs,
     write_measured_numbers,
 )
 from verification.timing import run_and_measure_min_processor_time, run_python_program_and_measure_cpu_time
@@ -81,7 +81,7 @@ def simulate_case_grid_under_motions(
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
-def measure_throughput_and_compile_time_of_3d() -> Iterator[MeasuredNumber]:
+def measure_steps_per_second_and_compile_time_of_3d() -> Iterator[MeasuredNumber]:
     """Measure block steps per second and core of 3-D bodies on vertices or a rim, and the time to compile.
 
     The rim is circular; the time to compile the kernel is that of a first case with an empty cache, imports included.
@@ -134,7 +134,7 @@ def prism_outcomes_in_double_precision(motion: Motion, cases: Cases, numerics: N
     found: OutcomeArrays = {}
     for group in np.unique(plan.parallel_group_by_case):
         chosen = np.flatnonzero(plan.parallel_group_by_case == group)
-        computed, _ = plan.simulate_cases_of_group(chosen, np.zeros(1, np.int64))
+        computed, _ = plan.simulate_group_with_reruns_on_energy_error(chosen, np.zeros(1, np.int64))
         for name, values in computed.items():
             found.setdefault(name, np.full(cases.case_count, np.nan))[chosen] = values
     return found
@@ -353,7 +353,7 @@ def main(
     every = list(read_motions_of_default_study().values())[:: max(28 // records, 1)]
     chosen, figures = [strong_horizontal_part_of_motion(motion) for motion in every[:records]], list[MeasuredNumber]()
     made: dict[str, Callable[[], Iterator[MeasuredNumber]]] = {
-        "throughput": measure_throughput_and_compile_time_of_3d, "memory": measure_memory_by_3d_case_count,
+        "throughput": measure_steps_per_second_and_compile_time_of_3d, "memory": measure_memory_by_3d_case_count,
         "convergence": measure_convergence_order,
         "study": measure_cost_and_reruns_of_shipped_3d_study,
         "exactness": partial(measure_energy_errors_and_sensitivity, chosen),
@@ -368,7 +368,7 @@ def main(
             known = write_measured_numbers(
                 figures, RESULT_TABLE_FOLDER / "space.csv", keep_other_stored_numbers=bool(parts) or name != names[-1]
             )
-            insert_markdown_between_markers_in_docs({"space": measured_numbers_table(known)})
+            update_marked_tables_and_sentences_in_docs({"space": measured_numbers_table(known)})
 
 
 if __name__ == "__main__":

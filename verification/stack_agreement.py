@@ -23,7 +23,12 @@ from verification.stack_cases import (
     scene_of_stack,
 )
 from verification.stack_engines import STACK_ENGINES, critical_angle
-from verification.tables import RESULT_TABLE_FOLDER, insert_markdown_between_markers_in_docs, markdown_table, write_csv
+from verification.tables import (
+    RESULT_TABLE_FOLDER,
+    markdown_table,
+    update_marked_tables_and_sentences_in_docs,
+    write_csv,
+)
 
 MAX_AZIMUTH_DIFFERENCE_DEG: Final = 20.0
 """Difference of two fall azimuths, degrees, up to which they agree."""
@@ -145,7 +150,7 @@ def outcome_text(outcomes_of_case: pd.Series, solver: str) -> str:
     return text if outcomes_of_case[f"{solver} robust"] == 1 else f"({text})"
 
 
-def same_outcome_in_both(outcomes_of_case: pd.Series, first_solver: str, second_solver: str) -> bool:
+def outcomes_are_known_and_agree(outcomes_of_case: pd.Series, first_solver: str, second_solver: str) -> bool:
     """True if two solvers give the same outcome; a case without an outcome agrees with nothing."""
     return NO_OUTCOME_TEXT not in (
         outcome_text(outcomes_of_case, first_solver),
@@ -166,7 +171,7 @@ def agreement_counts(
         both, equal = all(fell) and not missing, fell[0] == fell[1] and not missing
         for name, value in {"cases": True, "falls": fell[1], "flags": equal, "both": both}.items():
             counts[name] += int(value)
-        counts["near"] += int(both and same_outcome_in_both(row, first_solver, second_solver))
+        counts["near"] += int(both and outcomes_are_known_and_agree(row, first_solver, second_solver))
     return counts
 
 
@@ -265,9 +270,9 @@ def disagreement_cause(outcomes_of_case: pd.Series, case: StackUnderScaledRecord
         causes.append("slides")
     if outcome_text(outcomes_of_case, other) == NO_OUTCOME_TEXT:
         return "; ".join(causes) or "unexplained"
-    if same_outcome_in_both(outcomes_of_case, other, PROGRAM_LABEL):
+    if outcomes_are_known_and_agree(outcomes_of_case, other, PROGRAM_LABEL):
         causes.append(f"{other} agrees with this program")
-    elif not same_outcome_in_both(outcomes_of_case, other, other_solver):
+    elif not outcomes_are_known_and_agree(outcomes_of_case, other, other_solver):
         causes.append(f"{other} differs from both")
     return "; ".join(causes) or f"unexplained: {other} agrees with {other_solver}"
 
@@ -293,7 +298,7 @@ def disagreement_table_rows(outcomes_of_all_solvers_by_case: pd.DataFrame) -> It
         for _, row in outcomes_of_all_solvers_by_case[
             outcomes_of_all_solvers_by_case[f"{peer} robust"] == 1
         ].iterrows():
-            if not same_outcome_in_both(row, PROGRAM_LABEL, peer):
+            if not outcomes_are_known_and_agree(row, PROGRAM_LABEL, peer):
                 case = cases[row["case"]]
                 yield (
                     peer, str(row["case"]), str(len(case.stack.width_depth_height_by_stone)),
@@ -315,6 +320,6 @@ def publish_agreement_with_solvers() -> None:
         markdown_table(drawn, fall_share_and_robustness_rows_by_solver(table)),
         markdown_table(compared, agreement_table_rows(table)),
     )
-    insert_markdown_between_markers_in_docs({
+    update_marked_tables_and_sentences_in_docs({
         "stack-peers": "\n\n".join(tables), "stack-disagreements": markdown_table(listed, differ),
     })  # fmt: skip

@@ -27,9 +27,9 @@ from verification.stack_cases import StackUnderScaledRecord, draw_random_stack_c
 from verification.stack_engines import MODULE_NAME_BY_STACK_ENGINE, STACK_ENGINES, topmost_stone_outcome_in_engine
 from verification.tables import (
     RESULT_TABLE_FOLDER,
-    insert_markdown_between_markers_in_docs,
     markdown_table,
     named_parts_or_all_if_none,
+    update_marked_tables_and_sentences_in_docs,
     write_csv,
 )
 
@@ -143,7 +143,7 @@ def main(
         others = kept[kept["solver"] != solver] if len(kept) else kept
         kept = pd.concat([others, run_solver_with_all_steps(solver, processes)], ignore_index=True)
         write_csv(kept, RESULT_TABLE_PATH)
-    insert_markdown_between_markers_in_docs({"stack-precision": error_against_run_time_table(kept)})
+    update_marked_tables_and_sentences_in_docs({"stack-precision": error_against_run_time_table(kept)})
 
 
 if __name__ == "__main__":

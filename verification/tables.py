@@ -155,7 +155,7 @@ def named_parts_or_all_if_none(named_parts: Sequence[str] | None, known_parts: C
     return [name for name in known_parts if not named_parts or name in named_parts]
 
 
-def insert_markdown_between_markers_in_docs(
+def update_marked_tables_and_sentences_in_docs(
     markdown_by_marker: Mapping[str, str], readme_and_docs_folder: Path = ROOT
 ) -> None:
     """Write each Markdown text between its markers ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` in the docs.
@@ -270,4 +270,4 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 if __name__ == "__main__":
-    insert_markdown_between_markers_in_docs({})
+    update_marked_tables_and_sentences_in_docs({})

@@ -23,7 +23,7 @@ from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,
     MeasuredNumber,
-    insert_markdown_between_markers_in_docs,
+    update_marked_tables_and_sentences_in_docs,
     wrap_text,
     write_measured_numbers,
 )
@@ -122,7 +122,7 @@ def main() -> None:
         RESULT_TABLE_FOLDER / "tutorial.csv",
     )
     write_text(RESULT_TABLE_FOLDER / "tutorial-survey.txt", output_of_tutorial_survey_command())
-    insert_markdown_between_markers_in_docs({})
+    update_marked_tables_and_sentences_in_docs({})
 
 
 if __name__ == "__main__":

@@ -79,7 +79,7 @@ def run_whole_study_and_measure_cost(
             source_checkout_folder=checkout_folder,
         )
         how, table = (
-            project.subprocess_arguments(result_file_name=""),
+            project.subprocess_arguments_of_snakemake_run(result_file_name=""),
             project.results / "benchmarks" / STEP_TABLE_FILE_NAME,
         )
         if not uses_fork_server:
@@ -110,7 +110,7 @@ def read_step_costs(step_time_and_memory_log_path: Path) -> dict[str, TotalCostO
     return dict(sorted(costs.items(), key=lambda one: -one[1].total_processor_time_s))
 
 
-def measure_whole_run() -> list[MeasuredNumber]:
+def measure_whole_run_with_and_without_fork_server() -> list[MeasuredNumber]:
     """Measure elapsed and processor time with compiled kernels, with the fork server and without it."""
     served, own = (
         run_whole_study_and_measure_cost(uses_fork_server=True),

@@ -213,7 +213,7 @@ def _strict_yaml_loader_class() -> Any:
             seen.add(name)
         return yaml_loader.construct_yaml_map(yaml_node)
 
-    def construct_number(yaml_loader: Any, yaml_node: Any) -> float:
+    def construct_plain_decimal_number(yaml_loader: Any, yaml_node: Any) -> float:
         """Return the number of a YAML node; raise an error unless it is a plain decimal number."""
         octal = re.match(r"[-+]?0[0-9_]+$", yaml_node.value)
         found: float = (
@@ -229,8 +229,8 @@ def _strict_yaml_loader_class() -> Any:
         return found
 
     StrictYamlLoader.add_constructor("tag:yaml.org,2002:map", construct_mapping)
-    StrictYamlLoader.add_constructor("tag:yaml.org,2002:int", construct_number)
-    StrictYamlLoader.add_constructor("tag:yaml.org,2002:float", construct_number)
+    StrictYamlLoader.add_constructor("tag:yaml.org,2002:int", construct_plain_decimal_number)
+    StrictYamlLoader.add_constructor("tag:yaml.org,2002:float", construct_plain_decimal_number)
     return StrictYamlLoader
 
 

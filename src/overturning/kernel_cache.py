@@ -123,7 +123,7 @@ def cache_compiled_kernel(numba_dispatcher: Any) -> Any:
     # Not `load_overload`, which first prepares compilation (imports scipy.linalg): half of the loading time.
     load, save = cache._load_overload, cache.save_overload
 
-    def set_cache_index_paths_for_input_type(numba_argument_types: Any) -> None:
+    def set_cache_file_names_for_kernel_input_type(numba_argument_types: Any) -> None:
         # One index per model, by the type of the kernel input: unpickling an index imports the modules of its models.
         model = getattr(next(iter(numba_argument_types), None), "instance_class", None)
         base = f"{name}.{model.__name__}" if model else name
@@ -131,7 +131,7 @@ def cache_compiled_kernel(numba_dispatcher: Any) -> Any:
 
     def load_kernel_or_none(numba_argument_types: Any, target_context: Any) -> Any:
         try:
-            set_cache_index_paths_for_input_type(numba_argument_types)
+            set_cache_file_names_for_kernel_input_type(numba_argument_types)
             rtsys.initialize(target_context)
             return load(numba_argument_types, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
@@ -143,7 +143,7 @@ def cache_compiled_kernel(numba_dispatcher: Any) -> Any:
     def save_kernel_unless_sources_changed(numba_argument_types: Any, numba_compile_result: Any) -> None:
         # Sources edited after import are compiled in their old state; do not cache that under the new digest.
         if sources_digest(layer) == imported:
-            set_cache_index_paths_for_input_type(numba_argument_types)
+            set_cache_file_names_for_kernel_input_type(numba_argument_types)
             with suppress(OSError):
                 save(numba_argument_types, numba_compile_result)
 

@@ -192,12 +192,12 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault, the epicentre and the motion's peak and pulse axes, by B/H."""
     from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
     from overturning.figures.content import check_has_fall_alignment
-    from overturning.statistics.earthquakes import alignments_with_references_by_record_group
+    from overturning.statistics.earthquakes import alignments_with_reference_axes_by_record_group
 
     _check_cube_has_coordinate_for_figure(cube, "orientation", "follow")
 
     def draw_fall_alignment_by_b_over_h(cube_of_one_element_and_amplitude: "xr.Dataset") -> "Figure":
-        found = alignments_with_references_by_record_group(
+        found = alignments_with_reference_axes_by_record_group(
             cube_of_one_element_and_amplitude, _read_intensity_measures(cube_of_one_element_and_amplitude)
         )
         check_has_fall_alignment(cube_of_one_element_and_amplitude, found)
@@ -209,7 +209,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 @partial(_register_cube_figure, "plane")
 def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with logistic fit and published criteria (2-D)."""
-    from overturning.figures.content import check_has_outcomes_and_motion
+    from overturning.figures.content import check_has_outcomes_and_nonzero_motion
     from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
     from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
     from overturning.statistics.logistic import fit_logistic_overturning_model
@@ -218,7 +218,7 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
         if other := note_if_sizes_are_not_those_of_shown_stone(cube_of_one_element_and_amplitude):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _read_intensity_measures(cube_of_one_element_and_amplitude)
-        check_has_outcomes_and_motion(cube_of_one_element_and_amplitude, measures)
+        check_has_outcomes_and_nonzero_motion(cube_of_one_element_and_amplitude, measures)
         fit = fit_logistic_overturning_model(cube_of_one_element_and_amplitude, measures)
         return outcomes_by_pga_and_pgv_over_pga_figure(
             cube_of_one_element_and_amplitude, measures, fit, float(cube_of_one_element_and_amplitude["friction"].max())
@@ -304,11 +304,11 @@ def _draw_figure_of_all_records_with_title(
 ) -> "Figure":
     """Draw a figure of all records in a results cube; the title has variant, amplitude factor and scene."""
     from overturning.figures.style import add_title_and_legend
-    from overturning.study.cube import select_element_and_amplitude_for_figures
+    from overturning.study.cube import select_and_sort_cube_for_figures
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: no dimension record; keep it (cube.sel(record=['rinaldi'])), or draw fall_map")
-    cube_of_one_element_and_amplitude = select_element_and_amplitude_for_figures(
+    cube_of_one_element_and_amplitude = select_and_sort_cube_for_figures(
         cube.assign_coords(record=range(cube.sizes["record"]))
     )
     figure = draw_figure(cube_of_one_element_and_amplitude)
@@ -321,13 +321,13 @@ def _draw_figure_of_all_records_with_title(
 
 def _select_outcomes_under_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     """Return the outcomes under one record in a results cube, in memory and sorted for figures."""
-    from overturning.study.cube import index_of_record, select_element_and_amplitude_for_figures
+    from overturning.study.cube import index_of_record, select_and_sort_cube_for_figures
 
     number = index_of_record(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # defaults for a cube of no study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return select_element_and_amplitude_for_figures(one).drop_vars("record", errors="ignore").load()
+    return select_and_sort_cube_for_figures(one).drop_vars("record", errors="ignore").load()
 
 
 def _checked_nonzero_motion(motion: MotionOrRecord, figure_kind: str) -> MotionOrRecord:
@@ -358,7 +358,7 @@ def _check_cube_has_coordinate_for_figure(cube: "xr.Dataset", coordinate_name: s
         raise ArgumentError(f"{figure_kind}: a cube without {coordinate_name} has no such figure; choose another kind")
 
 
-def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
+def _existing_path_next_to_cube(cube: "xr.Dataset", file_name: str) -> Path:
     """Return the path of a file next to a results cube; raise a MissingDataError if the file does not exist."""
     file = Path(cube.encoding.get("source", ""))
     if not (path := file.parent / file_name).is_file():
@@ -370,7 +370,7 @@ def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
 def _motion_file_path_of_single_record_cube(cube: "xr.Dataset") -> Path:
     """Return the path of the motion file of the one record in a results cube."""
     record = cube["record_id"].item() if "record_id" in cube else "RECORD"  # of a cube that belongs to no study
-    return _path_in_folder_of_cube(cube, f"{_ground_motion_folder_beside_cube(cube)}/{record}.nc")
+    return _existing_path_next_to_cube(cube, f"{_ground_motion_folder_beside_cube(cube)}/{record}.nc")
 
 
 def _ground_motion_folder_beside_cube(cube: "xr.Dataset") -> Path:
@@ -393,7 +393,7 @@ def _read_intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
     """Return the intensity measures of the records in a results cube, in their order; only `names` if given."""
     import xarray as xr
 
-    path = _path_in_folder_of_cube(cube, "intensity.nc")
+    path = _existing_path_next_to_cube(cube, "intensity.nc")
     if _ground_motion_folder_beside_cube(cube) != Path("motion"):
         raise MissingDataError(
             f"{path}: measures of the variant {cube.attrs['variant']} do not exist; use the nominal one"

@@ -204,7 +204,7 @@ def describe_invalid_keys(
     """
     found: dict[tuple[str, str], list[str]] = {}
     for fault in _omit_redundant_length_errors(error.errors()):
-        steps, forms = _key_path_and_models_of_error(fault, validated_model_or_type)
+        steps, forms = _key_path_of_error_and_models_defining_key(fault, validated_model_or_type)
         given, kind = fault["input"], fault["type"]
         message = format_validation_error(fault)
         if kind == "extra_forbidden":
@@ -257,7 +257,7 @@ def make_constructor_raise_argument_errors(model_class: type[Model]) -> type[Mod
     return model_class
 
 
-def _key_path_and_models_of_error(
+def _key_path_of_error_and_models_defining_key(
     error_entry: Any, validated_model_or_type: Any
 ) -> tuple[KeyPath, list[type[BaseModel]]]:
     """Return the keys that lead to a wrong value, and the pydantic models in which its last key is defined.

@@ -76,17 +76,21 @@ class LogHandler(LogHandlerBase):
         if self._stopped:  # Snakemake reports stopped jobs as failed
             return
         if event == LogEvent.JOB_ERROR:
-            self._report_failure(_last_error_message_in_step_log(about["rule_name"], about["log"]))
+            self._print_failure_once_and_keep_for_run_end(
+                _last_error_message_in_step_log(about["rule_name"], about["log"])
+            )
         elif event == LogEvent.GROUP_ERROR:
             for job in about["job_error_info"]:
-                self._report_failure(_last_error_message_in_step_log(job["rule_name"], job["log"]))
+                self._print_failure_once_and_keep_for_run_end(
+                    _last_error_message_in_step_log(job["rule_name"], job["log"])
+                )
         elif text.startswith(_USER_STOP_MESSAGE):
             self._stopped = True
             self._clear_progress_line_and_print(f"Stopped; {_RESUME_HINT}.")
         elif any(words in text for words in _HIDDEN_MESSAGES):
             return
         elif event == LogEvent.ERROR:
-            self._report_failure(f"error: {_snakemake_error_without_code_positions(text)}")
+            self._print_failure_once_and_keep_for_run_end(f"error: {_snakemake_error_without_code_positions(text)}")
         elif record.levelno >= WARNING:
             self._clear_progress_line_and_print(text)
         elif text == NOTHING_TO_BE_DONE_MSG or "result" in about:
@@ -137,7 +141,7 @@ class LogHandler(LogHandlerBase):
                 self._clear_progress_line_and_print(f"First polar map: {self._first_figure}")
                 self._first_figure = None
 
-    def _report_failure(self, failure_message: str) -> None:
+    def _print_failure_once_and_keep_for_run_end(self, failure_message: str) -> None:
         """Print a message of failure once, and keep it to be repeated at the end of the run."""
         if failure_message not in self._failures:
             self._failures[failure_message] = None

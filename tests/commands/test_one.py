@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from overturning import read
 from overturning.figures.film import Film
-from overturning.figures.style import format_three_significant_digits
+from overturning.figures.style import format_at_least_three_significant_digits
 from overturning.records.record import start_offset_from_file_start_s
 from overturning.report.filters import format_number
 from tests.expect import run_overturning_and_return_printed_text
@@ -73,7 +73,7 @@ def test_a_printed_value_rounded_to_zero_has_no_minus_sign(monkeypatch: pytest.M
     monkeypatch.setattr(module, "trajectory", trajectory_with_tiny_negative_slip)
     text = run_overturning_one("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
     assert text.rstrip().endswith("stands; does not lean; slipped 0.0 cm by the end")
-    assert format_three_significant_digits(-0.0) == "0"
+    assert format_at_least_three_significant_digits(-0.0) == "0"
     assert format_number(-0.001) == "0.00"
 
 

@@ -49,11 +49,11 @@ def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases
         **{name: np.concatenate([getattr(one, name) for one in plans]) for name in columns},
     )
     assert isinstance(plan, SimulationPlan3D)
-    found = plan.results_before_simulation()
+    found = plan.initial_results_at_rest_or_missing()
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.has_too_soft_contacts)
     order = moving[np.argsort(plan.parallel_group_by_case[moving], kind="stable")]
     for queue in split_into_case_groups(order, plan.parallel_group_by_case, share_groups_between_two_threads=False):
-        found.store_outcomes(queue, plan.simulate_cases_of_group(queue, np.zeros(1, np.int64))[0])
+        found.store_outcomes(queue, plan.simulate_group_with_reruns_on_energy_error(queue, np.zeros(1, np.int64))[0])
     return CaseResults(
         **{name: values.reshape(len(plans), -1, *values.shape[1:]) for name, values in vars(found).items()}
     )

@@ -73,7 +73,7 @@ def run_planned_case(
     """
     rows = motion.sample_count + samples_after_record
     path = np.zeros((rows, 2 + 6 * plan.scene_arrays.piece_vertex_counts.size))
-    answers, path = plan.simulate_cases_of_group(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+    answers, path = plan.simulate_group_with_reruns_on_energy_error(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     path = path[:rows]  # a case may last longer
     return CaseResults(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 

@@ -33,7 +33,7 @@ from overturning.dem.kernel.clock import (
 )
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.run import plan_simulation, run_cases
-from overturning.dem.time_step import block_highest_eigenvalue_bound, inverse_contact_frequency_reduced_by_damping
+from overturning.dem.time_step import block_highest_eigenvalue_bound, inverse_contact_frequency_reduced_at_high_damping
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO, Contact
@@ -96,13 +96,13 @@ def test_the_finest_time_step_resolves_very_stiff_or_damped_contacts(damping_rat
     assert (
         finest
         <= BLOCK_STEP_CONTROL.max_contact_change_step_times_omega
-        * inverse_contact_frequency_reduced_by_damping(square, rate)
+        * inverse_contact_frequency_reduced_at_high_damping(square, rate)
     ).all()
     assert (
         finest
         > 0.49
         * BLOCK_STEP_CONTROL.max_contact_change_step_times_omega
-        * inverse_contact_frequency_reduced_by_damping(square, rate)
+        * inverse_contact_frequency_reduced_at_high_damping(square, rate)
     ).all()
 
 

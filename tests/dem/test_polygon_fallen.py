@@ -11,7 +11,7 @@ from overturning.dem.run import simulate_cases
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome_sentence
 from overturning.model.cases import Cases
-from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h, scale_and_place_elements
 from overturning.model.results import CaseResults
 from overturning.model.scene import Scene
 from overturning.model.status import CaseStatus
@@ -48,7 +48,7 @@ def smallest_rotations_to_rest_on_other_side(vertices: np.ndarray) -> list[float
 
 @pytest.mark.parametrize("name", SHIPPED_SCENE_NAMES)
 def test_fall_angles_of_shipped_scenes_are_rotations_to_rest_on_another_side(name: str) -> None:
-    for item in place_elements(load_shipped_scene(name)):
+    for item in scale_and_place_elements(load_shipped_scene(name)):
         if not item.has_prescribed_motion:
             assert item.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
                 smallest_rotations_to_rest_on_other_side(item.shape.vertices_from_whole_polygon_centroid),
@@ -92,7 +92,9 @@ def test_fall_angles_of_random_polygons_are_rotations_to_rest_on_another_side() 
     generator = np.random.default_rng(5)
     for _ in range(60):
         vertices = random_standing_polygon(generator)
-        body = place_elements(scene_of_elements({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
+        body = scale_and_place_elements(
+            scene_of_elements({"name": "body", "vertices": vertices, "stands_on": "ground"})
+        )[1]
         assert body.fall_rotations_to_minus_and_plus_x_rad == pytest.approx(
             smallest_rotations_to_rest_on_other_side(body.shape.vertices_from_whole_polygon_centroid),
             abs=2 * REST_ROTATION_SEARCH_STEP_RAD,
@@ -159,7 +161,9 @@ def test_a_boulder_that_comes_to_rest_on_another_side_has_fallen(peak: float) ->
 def test_a_leaning_stone_falls_after_less_than_a_right_angle() -> None:
     """A stone 0.1 m × 0.6 m tilted by 10°, beyond its critical angle of 9.5°, lies after another 80°."""
     made = scene_of_elements(GROUND, block_element("stone", 0.1, 0.6, rotation_deg=10.0))
-    assert np.degrees(place_elements(made)[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx([100.0, 80.0])
+    assert np.degrees(scale_and_place_elements(made)[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx(
+        [100.0, 80.0]
+    )
     flags, _ = simulate_fall_flags_and_peak_rotations(made, motion_at_rest(1.0))
     assert flags.tolist() == [1]
 
@@ -167,7 +171,7 @@ def test_a_leaning_stone_falls_after_less_than_a_right_angle() -> None:
 def test_a_fall_angle_given_by_the_scene_is_used() -> None:
     for angle in (30.0, 90.0, 120.0):
         made = scene_of_elements(GROUND, block_element("stone", 0.1, 0.6, fallen_rotation_deg=angle))
-        assert np.degrees(place_elements(made)[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx(
+        assert np.degrees(scale_and_place_elements(made)[1].fall_rotations_to_minus_and_plus_x_rad) == pytest.approx(
             [angle, angle]
         )
     assert load_shipped_scene("gravestone").can_use_single_block_kernel

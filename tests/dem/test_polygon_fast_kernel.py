@@ -72,7 +72,7 @@ def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() 
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
     for index in np.linspace(0, cases.case_count - 1, 250).astype(int):
         one = Cases(*(getattr(cases, name)[[index]] for name in ("azimuth_deg", "height", "b_over_h", "friction")))
-        _, fast = plan_simulation(model, motion, one, numerics).simulate_cases_of_group(
+        _, fast = plan_simulation(model, motion, one, numerics).simulate_group_with_reruns_on_energy_error(
             first, counter, np.zeros(motion.sample_count, TRAJECTORY_ROW_DTYPE)
         )
         tilted = np.where(np.abs(fast["angle"]) < 1e-3, 0.0, np.sign(fast["angle"]))
@@ -86,7 +86,9 @@ def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() 
             ELEMENT_STEP_COST_IN_BLOCK_STEPS * end * int(plan.steps_per_sample[0])
         )  # stop at the end of the comparison
         plan = replace(plan, numerics=replace(numerics, budget=budget))
-        _, general = plan.simulate_cases_of_group(first, counter, np.zeros((motion.sample_count, 14)))
+        _, general = plan.simulate_group_with_reruns_on_energy_error(
+            first, counter, np.zeros((motion.sample_count, 14))
+        )
         # Both kernels have their origin at the middle of the base.
         for column, name in ((8, "centre_x"), (9, "centre_z"), (10, "angle")):
             np.testing.assert_allclose(general[: end - 1, column], fast[name][: end - 1], rtol=0, atol=1e-9)

@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import film_of_trajectories
-from overturning.model.geometry import place_elements
+from overturning.model.geometry import scale_and_place_elements
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
 
@@ -54,7 +54,7 @@ def test_forces_change_the_momentum_of_each_element(scene_trajectory: xr.Dataset
     known = np.flatnonzero(np.isfinite(scene_trajectory["contact_force"].to_numpy()).all(axis=(1, 2)))
     assert known.size == len(time) - known[0] > 100
     steps = np.diff(time)[known[:-1]]
-    for item in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"])):
+    for item in scale_and_place_elements(load_shipped_scene(scene_trajectory.attrs["scene"])):
         if item.has_prescribed_motion:
             continue
         force, moment = (
@@ -92,7 +92,7 @@ def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(scene_trajec
     """The middle of the two lowest vertices is not necessarily below the centre; the ground does not rotate."""
     item = next(
         one
-        for one in place_elements(load_shipped_scene(scene_trajectory.attrs["scene"]))
+        for one in scale_and_place_elements(load_shipped_scene(scene_trajectory.attrs["scene"]))
         if not one.has_prescribed_motion
     )
     way, low = scene_trajectory.sel(element=item.element.name), item.shape.vertices_from_whole_polygon_centroid

@@ -10,7 +10,7 @@ from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import simulate_cases
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
-from overturning.model.geometry import place_elements, reference_element_height_and_b_over_h
+from overturning.model.geometry import reference_element_height_and_b_over_h, scale_and_place_elements
 from overturning.model.pieces import (
     convex_piece_vertex_indices,
     outline_of_joined_pieces,
@@ -89,11 +89,11 @@ def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
         assert outline_of_joined_pieces("l", [np.array(piece, float) for piece in order]).tolist() == L_OUTLINE
     halves = [[[-0.1, 0], [0.02, 0], [-0.02, 0.5], [-0.1, 0.5]], [[0.02, 0], [0.1, 0], [0.1, 0.5], [-0.02, 0.5]]]
     for order in permutations(halves):
-        whole = place_elements(scene_of_elements(stone_element(pieces=list(order))))[1]
+        whole = scale_and_place_elements(scene_of_elements(stone_element(pieces=list(order))))[1]
         assert whole.shape.convex_pieces_if_not_convex == ()
         np.testing.assert_allclose(
             whole.shape.vertices_from_whole_polygon_centroid,
-            place_elements(scene_of_elements(block_element("stone", 0.2, 0.5)))[
+            scale_and_place_elements(scene_of_elements(block_element("stone", 0.2, 0.5)))[
                 1
             ].shape.vertices_from_whole_polygon_centroid,
             atol=1e-15,
@@ -102,7 +102,7 @@ def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
 
 def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
     """Expected values from two rectangles: masses, weighted centres, and the parallel axis theorem."""
-    item = place_elements(scene_of_elements(stone_element(vertices=L_OUTLINE, depth=0.4)))[1]
+    item = scale_and_place_elements(scene_of_elements(stone_element(vertices=L_OUTLINE, depth=0.4)))[1]
     parts = [(0.8, 0.3, 0.4, 0.15), (0.3, 0.8, 0.15, 0.7)]
     mass = [2650 * 0.4 * b * h for b, h, _, _ in parts]
     x, z = (np.average([part[k] for part in parts], weights=mass) for k in (2, 3))
@@ -165,7 +165,7 @@ def test_a_corner_shared_by_two_pieces_of_a_stone_touches_the_ground_once() -> N
         scene_of_elements(stone_element(vertices=vertices), block_element("beside", 0.1, 0.5, x=0.6))
         for vertices in (corners, notched)
     )
-    assert [len(place_elements(made)[1].shape.convex_parts) for made in (whole, divided)] == [1, 2]
+    assert [len(scale_and_place_elements(made)[1].shape.convex_parts) for made in (whole, divided)] == [1, 2]
     one, other = (simulate_scene(made, motion, azimuths) for made in (whole, divided))
     assert 0 < (one.overturned[:, 0] != 0).sum() < azimuths.size
     np.testing.assert_array_equal(other.overturned, one.overturned)

@@ -14,7 +14,11 @@ from overturning.dem.simulate import simulate, simulate_as_arrays
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import azimuth_period_of_outcome_deg, nearest_faces_and_separation, place_elements
+from overturning.model.geometry import (
+    azimuth_period_of_outcome_deg,
+    nearest_faces_and_separation,
+    scale_and_place_elements,
+)
 from overturning.model.scene import Scene, load_scene, parse_scene_content
 from overturning.model.stack_stones import stack_stones
 from overturning.model.status import CaseStatus
@@ -84,8 +88,8 @@ def test_each_contact_of_a_stack_carries_the_weight_above_it() -> None:
 def test_height_scales_all_lengths_and_b_over_h_only_the_reference_element() -> None:
     made = load_shipped_scene("three-tier")
     base, thin = (
-        place_elements(made),
-        place_elements(made, reference_element_height=2 * 0.636, reference_element_b_over_h=0.2),
+        scale_and_place_elements(made),
+        scale_and_place_elements(made, reference_element_height=2 * 0.636, reference_element_b_over_h=0.2),
     )
     assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)
     assert thin[2].shape.width == pytest.approx(2 * base[2].shape.width)
@@ -103,7 +107,7 @@ def test_the_mass_of_a_prism_follows_the_width_given_by_b_over_h(plan: str | int
         return scene_of_elements(foot, shaft, reference="shaft")
 
     drawn, given = (
-        place_elements(scene_of_shaft_on_foot(width), reference_element_b_over_h=0.5) for width in (0.3, 0.12)
+        scale_and_place_elements(scene_of_shaft_on_foot(width), reference_element_b_over_h=0.5) for width in (0.3, 0.12)
     )
     assert given[2].mass == pytest.approx(drawn[2].mass, rel=1e-12)
     assert given[2].inertia_about_centre_of_mass == pytest.approx(drawn[2].inertia_about_centre_of_mass, rel=1e-12)
@@ -160,7 +164,7 @@ def test_the_nearest_faces_of_two_elements_are_those_that_face_most_directly() -
         made = scene_of_elements(
             GROUND, {**LOW_BLOCK, "rotation_deg": angle, "at": [0, 1e-9]}, block_element("on", 0.1, 0.1, x=5)
         )
-        placed = place_elements(made)
+        placed = scale_and_place_elements(made)
         found = nearest_faces_and_separation(placed[1], placed[0])
         assert found[:2] == (face, 2), angle
         assert found[2] == pytest.approx(1e-9, abs=1e-12)
@@ -169,7 +173,7 @@ def test_the_nearest_faces_of_two_elements_are_those_that_face_most_directly() -
 def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
     """A ridge 1 cm next to a block: only the side of the block separates them, no side of the ridge does."""
     ridge = {"name": "ridge", "vertices": [[0, 0], [0.4, 0], [0.6, 0.3], [0.4, 0.6], [0, 0.6]], "stands_on": "ground"}
-    tip = place_elements(scene_of_elements(GROUND, ridge | {"at": [0, 0]}))[1].vertices_in_scene[:, 0].max()
+    tip = scale_and_place_elements(scene_of_elements(GROUND, ridge | {"at": [0, 0]}))[1].vertices_in_scene[:, 0].max()
 
     def block_beside_ridge(gap: float) -> Scene:
         """Return the ridge with a block at a distance `gap`, m."""
@@ -264,7 +268,7 @@ def test_the_boulder_has_its_closed_form_critical_angle() -> None:
 def test_only_a_lone_upright_rectangle_on_wide_ground_is_recognised_as_such(
     elements: list[dict[str, object]], alone: bool
 ) -> None:
-    assert is_upright_rectangle_on_wide_driven_ground(place_elements(scene_of_elements(*elements))) == alone
+    assert is_upright_rectangle_on_wide_driven_ground(scale_and_place_elements(scene_of_elements(*elements))) == alone
 
 
 @pytest.mark.parametrize("height", [0.02, 0.6, 3.0])

@@ -5,7 +5,7 @@ import pytest
 
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.model.body import Body
-from overturning.model.scan import ScannedStone, stone_from_surface
+from overturning.model.scan import ScannedStone, stone_in_nearest_stable_pose_from_surface
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.model.solids import column_with_overhanging_slab, mass_properties_of_solid_from_its_boxes
@@ -24,7 +24,7 @@ def test_a_statue_falls_over_the_edge_of_its_footprint_from_the_true_centre(side
     The base is pushed away from the side over which the statue falls.
     """
     _, centre, _ = mass_properties_of_solid_from_its_boxes("statue")
-    stone = stone_from_surface(column_with_overhanging_slab(), [], "statue").shape
+    stone = stone_in_nearest_stable_pose_from_surface(column_with_overhanging_slab(), [], "statue").shape
     assert isinstance(stone, ScannedStone)
     threshold = STANDARD_GRAVITY * (0.1 - side * centre[0]) / centre[2]
     assert stone.unscaled_solid.b_over_h == pytest.approx((0.1 - centre[0]) / centre[2], abs=1e-5)

@@ -9,7 +9,7 @@ from matplotlib.text import Text
 from overturning.figures.answer import (
     RECORD_GROUP_COLOURS,
     PlottedEstimate,
-    fall_alignment_with_references_figure,
+    fall_alignment_with_reference_axes_figure,
     fault_normal_alignment_by_earthquake_figure,
     format_estimate,
     overturned_shares_and_difference_figure,
@@ -71,7 +71,7 @@ def figure_of_fall_alignment_with_reference_axes() -> Figure:
         "normal": PlottedEstimate(NAN, NAN, NAN, 0),
     }
     control = {"peak velocity": PlottedEstimate(0.38, None, None, 7), "pulse": PlottedEstimate(-0.1, -0.3, 0.1, 7)}
-    return fall_alignment_with_references_figure({"with": pulse, "without": control})
+    return fall_alignment_with_reference_axes_figure({"with": pulse, "without": control})
 
 
 def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:

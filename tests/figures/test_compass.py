@@ -23,7 +23,7 @@ from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.style import (
     add_title_and_legend,
     arrange_panels_for_phone,
-    mark_fault_normal,
+    mark_fault_normal_on_polar_rim,
     use_package_matplotlib_settings,
 )
 from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
@@ -201,7 +201,7 @@ def test_a_mark_at_the_rim_covers_no_compass_name() -> None:
     with use_package_matplotlib_settings():
         figure, ((axes,),) = create_compass_grid(1, 1, 3.0, 3.0)
         axes.draw_compass(1.0, {}, leaves_room_for_rim_marks=True)
-        mark_fault_normal(axes, 45.0)
+        mark_fault_normal_on_polar_rim(axes, 45.0)
         figure.draw_without_rendering()
     (mark,) = axes.lines
     box = {text.get_text(): text.get_window_extent() for text in axes.texts}

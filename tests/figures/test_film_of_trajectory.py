@@ -16,7 +16,7 @@ from overturning.figures.film_of_body import convex_hull_faces
 from overturning.figures.film_of_trajectory import (
     SIMULATED_TIME_AFTER_OUTCOME_S,
     film_of_trajectories,
-    first_and_last_movement_times,
+    first_and_last_movement_times_for_film,
     outcome_sentence,
 )
 from overturning.figures.film_strip import film_strip_frame_times_and_captions
@@ -79,7 +79,7 @@ def test_films_of_opposite_azimuths_mirror_each_other(sine_motion_after_rest: Mo
 
 def test_film_of_a_block_that_does_not_move_still_has_frames(sine_motion_after_rest: Motion) -> None:
     path = trajectory(sine_motion_after_rest, azimuth_deg=90, **SLENDER_BLOCK)
-    assert first_and_last_movement_times(path) is None
+    assert first_and_last_movement_times_for_film(path) is None
     assert outcome_sentence(path).startswith("stands")
     film = film_of_trajectories([path], sine_motion_after_rest, "nothing")
     assert film.frame_count > 10

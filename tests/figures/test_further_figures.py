@@ -30,8 +30,8 @@ from overturning.figures.ground import (
 )
 from overturning.figures.intensity_plane import (
     CRITERION_LINE_STYLES,
+    motion_pga_pgv_ratio_and_block_fall_probability,
     outcomes_by_pga_and_pgv_over_pga_figure,
-    pga_pgv_over_pga_and_fall_probability_of_block,
 )
 from overturning.figures.observed_rose import ObservedFallRoseCounts, observed_fall_roses_figure
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
@@ -329,7 +329,7 @@ def test_logistic_fit_without_intervals_is_drawn_as_half_probability_line() -> N
 
 
 def test_points_of_pga_and_fall_probability_are_one_per_record_and_plane() -> None:
-    pga, ratio, falls = pga_pgv_over_pga_and_fall_probability_of_block(
+    pga, ratio, falls = motion_pga_pgv_ratio_and_block_fall_probability(
         cube_of_falls_around_azimuth_40(), pga_and_pgv_of_five_records(), 0.6, 0.3, 1.0
     )
     assert pga.size == 5 * 12

@@ -13,7 +13,7 @@ from overturning.figures.history import (
     TIME_BIN_COUNT_OF_DRAWN_ENVELOPE,
     min_max_envelope,
     record_before_and_after_processing_figure,
-    start_time_after_unprocessed_start,
+    start_time_relative_to_unprocessed_record,
 )
 from overturning.figures.style import create_panel_grid, label_logarithmic_ticks, use_package_matplotlib_settings
 from overturning.figures.write import save_figure_and_return_text_layout_warning, save_figure_files
@@ -195,7 +195,7 @@ def test_envelope_of_a_long_curve_keeps_peaks_and_order_of_time():
 
 def test_the_start_shift_of_a_processed_record_includes_padding_and_cut():
     done = process_record(random_record(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
-    assert start_time_after_unprocessed_start(done) == pytest.approx(-15 + 20)
+    assert start_time_relative_to_unprocessed_record(done) == pytest.approx(-15 + 20)
     whole = process_record(random_record(), [Highpass(corner_hz=0.2)])
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])
 

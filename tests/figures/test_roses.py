@@ -11,7 +11,7 @@ from matplotlib.transforms import Bbox
 
 from overturning.figures.rose import (
     FALL_COLOUR,
-    axis_interval_arcs_within_half_circle_deg,
+    axis_interval_arcs_from_minus_90_to_90_deg,
     draw_fall_rose,
     fall_roses_by_group_figure,
 )
@@ -19,7 +19,11 @@ from overturning.figures.style import INK, create_panel_grid, use_package_matplo
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import MeanFallAxisAndAlignmentOverEarthquakes
-from overturning.statistics.roses import FallShareRoseAveragedOverEarthquakes, fall_rose, fall_rose_of_all_records
+from overturning.statistics.roses import (
+    FallShareRoseAveragedOverEarthquakes,
+    fall_rose,
+    fall_rose_from_fault_normal_if_known,
+)
 from tests.figures.test_explore import random_3d_cube
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
 
@@ -80,7 +84,7 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
     with_normal, without = (
         cube_of_falls_around_azimuth_40().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN)
     )
-    found, north = fall_rose_of_all_records(with_normal), fall_rose_of_all_records(without)
+    found, north = fall_rose_from_fault_normal_if_known(with_normal), fall_rose_from_fault_normal_if_known(without)
     assert (found.is_measured_from_fault_normal, north.is_measured_from_fault_normal) == (True, False)
     assert np.flatnonzero(north.mean_fall_share_by_sector).tolist() == [0, 1, 2, 3, 4, 5]
     assert np.flatnonzero(found.mean_fall_share_by_sector).tolist() == [0, 1, 2, 9, 10, 11]
@@ -93,8 +97,8 @@ def test_rose_angles_are_measured_from_the_fault_normal_where_it_is_known() -> N
 
 def test_rose_of_3d_falls_is_folded_to_axes_only_with_a_fault_normal() -> None:
     one = random_3d_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
-    assert fall_rose_of_all_records(one).mean_fall_share_by_sector.size == ROSE_SECTOR_COUNT
-    assert fall_rose_of_all_records(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
+    assert fall_rose_from_fault_normal_if_known(one).mean_fall_share_by_sector.size == ROSE_SECTOR_COUNT
+    assert fall_rose_from_fault_normal_if_known(one.assign_coords(fault_normal=("record", [30.0, NAN]))).is_axial
 
 
 def test_interval_of_the_share_along_an_axis_adds_both_directions_first() -> None:
@@ -104,7 +108,7 @@ def test_interval_of_the_share_along_an_axis_adds_both_directions_first() -> Non
     flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others
     flags[::2, 12], flags[1::2, 0] = -1, -1
     one = one.assign(overturned=(one["overturned"].dims, flags)).assign_coords(fault_normal=("record", [0.0] * 10))
-    both = fall_rose_of_all_records(one)
+    both = fall_rose_from_fault_normal_if_known(one)
     assert (
         both.mean_fall_share_by_sector[0],
         both.share_interval_low_by_sector[0],
@@ -122,7 +126,7 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
     axis: float, half_width: float, expected: list[tuple[float, float]]
 ) -> None:
     """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
-    assert sorted(axis_interval_arcs_within_half_circle_deg(axis, half_width)) == expected
+    assert sorted(axis_interval_arcs_from_minus_90_to_90_deg(axis, half_width)) == expected
     (panel, *_) = draw_rose_of_falls_with_mean_axis(cube_of_falls_around_azimuth_40(), axis, half_width).axes
     lines = [line for line in panel.lines if line.get_color() == INK]
     spans = sorted(tuple(np.round(np.degrees(line.get_xdata())[[0, -1]], 6)) for line in lines)

@@ -23,12 +23,12 @@ from overturning.figures.maps import AZIMUTH_COLOURMAP, fall_azimuths_by_orienta
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.style import (
-    azimuths_one_step_into_unsimulated_gaps,
     compass_bearing_text,
+    gap_azimuths_one_step_from_simulated_ones,
     use_package_matplotlib_settings,
 )
 from overturning.figures.write import save_figure_files
-from overturning.model.planes import case_weight_at_each_azimuth
+from overturning.model.planes import case_weights_by_azimuth_spacing
 from overturning.motion.motion import Motion
 from overturning.statistics.circular import fall_shares_by_sector
 from overturning.study.intensity import write_intensity_measures
@@ -76,9 +76,9 @@ def test_rose_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
 
 def test_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None:
     regular = np.arange(0.0, 360.0, 30.0)
-    np.testing.assert_allclose(case_weight_at_each_azimuth(regular), 1.0)
+    np.testing.assert_allclose(case_weights_by_azimuth_spacing(regular), 1.0)
     added = np.sort(np.append(regular, [32.0, 212.0]))
-    weight = case_weight_at_each_azimuth(added)
+    weight = case_weights_by_azimuth_spacing(added)
     assert weight[added == 32.0] == weight[added == 212.0]
     # Of seven planes: 30° and 32° have half of the 32° and of the 30° between their neighbours, 30° is regular.
     assert weight[added == 30.0] == pytest.approx(7 * 16 / 180)
@@ -154,11 +154,11 @@ def test_map_is_blank_only_in_azimuth_gaps_wider_than_the_step() -> None:
     """Around planes of 60°, 70° and their mirror images (240°, 250°), blank gaps begin one step (10°) away."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
-        np.testing.assert_allclose(np.sort(azimuths_one_step_into_unsimulated_gaps(np.array(azimuth))), ends)
+        np.testing.assert_allclose(np.sort(gap_azimuths_one_step_from_simulated_ones(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
     assert (
-        azimuths_one_step_into_unsimulated_gaps(full).size
-        == azimuths_one_step_into_unsimulated_gaps(full.repeat(2)).size
+        gap_azimuths_one_step_from_simulated_ones(full).size
+        == gap_azimuths_one_step_from_simulated_ones(full.repeat(2)).size
         == 0
     )
 

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.findings.comparison import comparisons_with_second_computations, share_of_changed_cases
-from overturning.findings.contrast import angles_between_fall_axes_deg
+from overturning.findings.contrast import angles_between_soil_and_rock_fall_axes_deg
 from overturning.findings.exactness import _records_with_unusually_many_outcome_changes
 from overturning.study.convergence import (
     ChangesWithFinerSteps,
@@ -72,7 +72,7 @@ def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:
     rock = dataset_of_fall_axes([10.0, 170.0, 50.0, 50.0, 20.0], [0.5, 0.5, 0.01, 0.5, 0.5], [0.5] * 5)
     soil = dataset_of_fall_axes([30.0, 5.0, 80.0, 80.0, 110.0], [0.5] * 5, [0.5, 0.5, 0.5, 0.01, 0.5])
     # 170° and 5° are 15° apart as axes; the third falls too rarely on rock, the fourth has no axis on soil.
-    assert angles_between_fall_axes_deg(soil, rock) == pytest.approx([20.0, 15.0, 90.0])
+    assert angles_between_soil_and_rock_fall_axes_deg(soil, rock) == pytest.approx([20.0, 15.0, 90.0])
 
 
 def test_records_with_clearly_more_changed_outcomes_than_average_are_listed() -> None:

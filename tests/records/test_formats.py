@@ -16,7 +16,7 @@ from overturning.records.component import direction_from_channel_code, parse_axi
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.read import read_record, read_record_without_processing
-from overturning.records.record import Record, processing_peaks_and_notes_of_record, raw_or_processed_data_label
+from overturning.records.record import Record, processing_peaks_and_notes_of_record, processing_state_label
 from overturning.records.source import SourceFile
 from tests.expect import expect_error
 from tests.records.malformed_corpus import UNDETECTABLE_MUTATIONS
@@ -429,7 +429,7 @@ def test_an_old_csmip_header_gives_its_agency_and_minute_of_origin(tmp_path, age
     channels = {"UP": (500, C), "360 DEG": (360, A), "270 DEG": (270, B)}
     record = write_files_and_read_record(tmp_path, csmip_text(channels, 100, volume=2, old_agency=agency))
     assert record.extra["origin_time"] == "1975-05-03T04:59:00Z"
-    assert raw_or_processed_data_label(record) == f"processed by {named}"
+    assert processing_state_label(record) == f"processed by {named}"
     assert (record.event, record.station, record.start) == ("TEST VALLEY, CA EARTHQUAKE", "9999", None)
     assert (record.extra["event_latitude"], record.extra["event_longitude"]) == (33.0, -116.1)
     np.testing.assert_allclose(record.north, A * 0.01, atol=1e-6)

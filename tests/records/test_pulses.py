@@ -12,7 +12,7 @@ from overturning.records.catalogue import RecordTableRow
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.pulses import parse_pulse, record_of_pulse
 from overturning.records.read import read_record
-from overturning.records.record import raw_or_processed_data_label
+from overturning.records.record import processing_state_label
 from overturning.study.load import read_record_table_rows_of_study, study_from_content
 from tests.expect import expect_error
 
@@ -35,7 +35,7 @@ def test_a_pulse_line_in_the_record_table_becomes_a_record(tmp_path):
     assert np.abs(motion.acceleration_along(150)).max() < 1e-12
     assert (record.record_id, record.event, record.up) == ("sine", "made", None)
     assert read_record(entry, tmp_path).sha256 == record.sha256
-    assert raw_or_processed_data_label(record) == "synthetic"  # a formula is no agency that has processed a recording
+    assert processing_state_label(record) == "synthetic"  # a formula is no agency that has processed a recording
     # At rest it is 0 whichever way the pulse goes: −0 has another byte.
     back = record_of_pulse(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=240"))
     for samples in (back.north, back.east):

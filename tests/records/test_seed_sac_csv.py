@@ -14,7 +14,7 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.formats.table import find_format_by_name_or_none_if_auto
 from overturning.records.read import read, read_record, read_record_without_processing
-from overturning.records.record import raw_or_processed_data_label
+from overturning.records.record import processing_state_label
 from overturning.records.source import SourceFile
 from tests.expect import expect_error
 from tests.records.seed_writers import (
@@ -264,7 +264,7 @@ def test_the_response_of_a_velocity_sensor_is_deconvolved(tmp_path):
     middle = record.north[1500:2500]
     assert np.abs(middle).max() == pytest.approx(0.1 * 2 * np.pi, rel=0.01)
     np.testing.assert_allclose(middle, 0.1 * 2 * np.pi * np.cos(2 * np.pi * time[1500:2500]), atol=0.01)
-    assert raw_or_processed_data_label(record) == "raw, response of a velocity sensor removed"
+    assert processing_state_label(record) == "raw, response of a velocity sensor removed"
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ def test_numbers_are_printed_with_a_true_minus_and_without_minus_zero(
     ],
 )  # fmt: skip
 def test_rounded_degrees_stay_within_the_circle(value: float, full: int, shown: str) -> None:
-    assert filters.format_degrees(value, full) == shown
+    assert filters.format_whole_degrees(value, full) == shown
 
 
 @pytest.mark.parametrize(

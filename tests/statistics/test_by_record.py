@@ -9,7 +9,7 @@ from overturning.statistics import by_record
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.earthquakes import (
     fall_axes_from_fault_normal_by_group,
-    fall_counts_and_vector_sums_by_record,
+    fall_sums_for_direction_statistics_by_record,
 )
 
 
@@ -27,11 +27,11 @@ def cube_of_records_with_grouping_variables(make_cube_from_fall_rules, make_sect
 def test_statistics_of_records_in_batches_equal_those_of_single_records(
     cube_of_records_with_grouping_variables, monkeypatch
 ):
-    together = fall_counts_and_vector_sums_by_record(cube_of_records_with_grouping_variables, "b_over_h")
+    together = fall_sums_for_direction_statistics_by_record(cube_of_records_with_grouping_variables, "b_over_h")
     for cells in (1, 2 * cube_of_records_with_grouping_variables["overturned"].size // 4):  # one at a time, and by two
         monkeypatch.setattr(by_record, "TARGET_CASES_PER_READ_BATCH", cells)
         xr.testing.assert_identical(
-            fall_counts_and_vector_sums_by_record(cube_of_records_with_grouping_variables, "b_over_h"), together
+            fall_sums_for_direction_statistics_by_record(cube_of_records_with_grouping_variables, "b_over_h"), together
         )
 
 

@@ -11,8 +11,8 @@ from scipy.special import iv
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.earthquakes import (
     MeanFallAxisAndAlignmentOverEarthquakes,
+    difference_in_mean_alignment_with_fault_normal,
     fall_axes_from_fault_normal_by_group,
-    first_minus_second_mean_fall_alignment,
     summarise_fall_axes,
 )
 from tests.statistics.conftest import FallRule, cube_from_fall_rules
@@ -94,7 +94,7 @@ def summarise_random_data_sets(kappa: float) -> list[FallAxisSummariesOfRandomDa
                 for name, axes in groups.items()
             }
             pair = (own[name] for name in GROUP_NAMES_BY_PULSE.values())
-            difference = first_minus_second_mean_fall_alignment(*pair) if replicate % 25 == 0 else None
+            difference = difference_in_mean_alignment_with_fault_normal(*pair) if replicate % 25 == 0 else None
             found.append(
                 FallAxisSummariesOfRandomDataSet(
                     {name: summarise_fall_axes(one) for name, one in own.items()}, difference

@@ -9,8 +9,8 @@ import xarray as xr
 from overturning.statistics.alignment_by_rule import fault_normal_alignments_by_record_group
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import (
+    difference_in_mean_alignment_with_fault_normal,
     fall_axes_from_fault_normal_by_earthquake,
-    first_minus_second_mean_fall_alignment,
     mean_fall_directions_and_axes_by_record,
     summarise_fall_axes,
 )
@@ -343,13 +343,13 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(
 ) -> None:
     pulse = fall_axes_function_of_fault_normal_offsets([0, 5, -5, 8, -8, 3, 6, -2])
     names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
-    difference = first_minus_second_mean_fall_alignment(
+    difference = difference_in_mean_alignment_with_fault_normal(
         pulse, fall_axes_function_of_fault_normal_offsets([90, 70, 85, -80, 60, 88, 75, -85], events=names)
     )
     assert difference.mean > 1.5
     assert difference.interval_low > 1
     assert difference.earthquake_count == 8
-    same = first_minus_second_mean_fall_alignment(pulse, pulse)
+    same = difference_in_mean_alignment_with_fault_normal(pulse, pulse)
     # The same earthquakes are drawn for both; the difference is 0 in 0.05^(1/8) of all earthquakes, else within ±2.
     assert (same.mean, same.interval_low, same.interval_high) == pytest.approx(
         (0, *(2 * one * (1 - 0.05 ** (1 / 8)) for one in (-1, 1)))
@@ -357,7 +357,7 @@ def test_difference_of_alignment_of_pulse_and_control_groups_has_an_interval(
     few = fall_axes_function_of_fault_normal_offsets([0, 5, 10, 15, 20, 25, 30])
     assert np.isnan(
         [
-            first_minus_second_mean_fall_alignment(few, few).interval_low,
+            difference_in_mean_alignment_with_fault_normal(few, few).interval_low,
             summarise_fall_axes(few).mean_cos_of_doubled_angle_to_fault_normal.interval_low,
         ]
     ).all()

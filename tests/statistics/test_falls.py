@@ -7,7 +7,7 @@ import xarray as xr
 from overturning.errors import ResultError
 from overturning.labels import unsimulated_azimuth_ranges_text
 from overturning.model.body import Body
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import (
     MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS,
     PlanarModel,
@@ -164,7 +164,10 @@ def test_opposite_azimuths_of_one_plane_are_counted_once(make_cube_from_fall_rul
     half = mean_fall_probability_over_directions(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
-    assert default_model_for_results_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"] == 36
+    assert (
+        default_model_of_same_kind_as_results_cube(cube).fall_probability_and_direction_by_case(cube).sizes["azimuth"]
+        == 36
+    )
 
 
 def fall_rule_both_ways_along_30_degrees(azimuth, *_):
@@ -412,10 +415,10 @@ def test_model_kind_is_recognised_from_the_coordinates_of_a_cube() -> None:
     They load few variables of a cube, so that the model must follow from the coordinates that remain.
     """
     stack = xr.Dataset({"overturned": (("orientation", "height"), np.zeros((2, 1)))}, {"height": [0.6]})
-    assert isinstance(default_model_for_results_cube(stack), Stack)
-    assert isinstance(default_model_for_results_cube(stack.expand_dims(aspect=[1.0])), Body)
-    assert isinstance(default_model_for_results_cube(stack.expand_dims(aspect=[1.0]).isel(aspect=0)), Body)
-    assert isinstance(default_model_for_results_cube(stack.rename(orientation="azimuth")), PlanarModel)
+    assert isinstance(default_model_of_same_kind_as_results_cube(stack), Stack)
+    assert isinstance(default_model_of_same_kind_as_results_cube(stack.expand_dims(aspect=[1.0])), Body)
+    assert isinstance(default_model_of_same_kind_as_results_cube(stack.expand_dims(aspect=[1.0]).isel(aspect=0)), Body)
+    assert isinstance(default_model_of_same_kind_as_results_cube(stack.rename(orientation="azimuth")), PlanarModel)
 
 
 @pytest.mark.parametrize(

@@ -9,13 +9,13 @@ from obspy.geodetics import gps2dist_azimuth
 from scipy.stats import bootstrap, circmean, norm, t
 
 from overturning.model.body import Body
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import (
-    alignments_with_references_by_record_group,
+    alignments_with_reference_axes_by_record_group,
     azimuth_away_from_epicentre,
     fall_axes_from_fault_normal_by_earthquake,
-    fall_counts_and_vector_sums_by_record,
+    fall_sums_for_direction_statistics_by_record,
     summarise_fall_axes,
 )
 from overturning.statistics.falls import (
@@ -72,7 +72,7 @@ def fall_azimuths_of_record(cube: xr.Dataset, record: int) -> np.ndarray:
 
 def test_mean_directions_axes_and_shares_of_3d_falls_match_scipy_and_numpy() -> None:
     cube = random_3d_cube()
-    assert isinstance(default_model_for_results_cube(cube), Body)
+    assert isinstance(default_model_of_same_kind_as_results_cube(cube), Body)
     means, shares = (
         of(cube, summed_dims=Body.case_dims_without_direction)
         for of in (mean_fall_directions_and_axes_over_azimuths, mean_fall_probability_over_directions)
@@ -199,7 +199,7 @@ def test_rose_without_falls_has_empty_sectors() -> None:
 
 def test_alignment_is_the_mean_cosine_of_angles_from_falls_to_reference() -> None:
     cube, reference = random_3d_cube(), xr.DataArray([0.0, 90.0, np.nan, 45.0, 300.0], dims="record")
-    sums = fall_counts_and_vector_sums_by_record(cube, "b_over_h")
+    sums = fall_sums_for_direction_statistics_by_record(cube, "b_over_h")
     for axial, factor in ((True, 2), (False, 1)):
         for part in (slice(None), slice(1, 2), slice(0, 2)):
             found = mean_cosine_and_sine_to_reference(sums.isel(b_over_h=part).sum("b_over_h"), reference, axial=axial)[
@@ -219,7 +219,7 @@ def test_falls_against_a_reference_have_axial_alignment_1() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", pgv + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
+    (found,) = alignments_with_reference_axes_by_record_group(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
     assert [
         one.mean for one in found.cosines_per_b_over_h_by_reference_and_axial["peak velocity", True]
     ] == pytest.approx([1.0, 1.0])
@@ -229,7 +229,7 @@ def test_falls_against_a_reference_have_axial_alignment_1() -> None:
     assert found.cosines_per_b_over_h_by_reference_and_axial["pulse", True][0].mean == pytest.approx(-1.0)
     assert ("pulse", False) not in found.cosines_per_b_over_h_by_reference_and_axial
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
-    (each,) = alignments_with_references_by_record_group(cube, intensity).values()
+    (each,) = alignments_with_reference_axes_by_record_group(cube, intensity).values()
     assert [
         one.mean for one in each.cosines_per_b_over_h_by_reference_and_axial["peak velocity", True]
     ] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
@@ -273,13 +273,13 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", radial + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
-    (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignments_with_reference_axes_by_record_group(cube, intensity, [slice(0, 3)]).values()
     assert [
         found.cosines_per_b_over_h_by_reference_and_axial["radial direction", axial][0].mean for axial in (True, False)
     ] == pytest.approx([1.0, -1.0])
     assert found.two_best_aligned_reference_names[0] == "radial direction"
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
-    (found,) = alignments_with_references_by_record_group(nowhere, intensity, [slice(0, 3)]).values()
+    (found,) = alignments_with_reference_axes_by_record_group(nowhere, intensity, [slice(0, 3)]).values()
     assert ("radial direction", True) not in found.cosines_per_b_over_h_by_reference_and_axial
 
 
@@ -290,7 +290,7 @@ def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignments_with_reference_axes_by_record_group(cube, intensity, [slice(0, 3)]).values()
     normal, peak = (
         found.cosines_per_b_over_h_by_reference_and_axial[name, True][0] for name in ("fault normal", "peak velocity")
     )
@@ -304,7 +304,7 @@ def test_difference_of_two_reference_alignments_is_paired_by_earthquake() -> Non
     away = np.array([40.0, 35, 45, 50, 30, 55, 25, 60, 40])
     references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
     intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
-    (found,) = alignments_with_references_by_record_group(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignments_with_reference_axes_by_record_group(cube, intensity, [slice(0, 3)]).values()
     assert found.two_best_aligned_reference_names == ("peak velocity", "fault normal")
 
     def mean_cosine_of_doubled_angle(record: int, reference: float) -> float:

@@ -13,10 +13,10 @@ from overturning.figures.cells import extend_azimuths_to_full_circle
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.findings.exactness import ensemble_findings
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_earthquake
-from overturning.statistics.elements import count_falls_of_two_stones, mean_shares_of_two_stone_falls
+from overturning.statistics.elements import compare_falls_of_two_stones_over_earthquakes, count_falls_of_two_stones
 from overturning.statistics.falls import (
     fall_count_or_probability_by_fall_azimuth,
     mask_of_blocks_for_direction_statistics,
@@ -75,7 +75,9 @@ def rose_bar_heights(cube: xr.Dataset) -> list[float]:
 def ensemble_findings_of_cube(cube: xr.Dataset) -> object:
     """Return the findings on the ensemble of a cube, as in a report."""
     study = SimpleNamespace(ensemble=EnsembleSettings())
-    results = SimpleNamespace(reference_element_cube=cube, model=default_model_for_results_cube(cube), study=study)
+    results = SimpleNamespace(
+        reference_element_cube=cube, model=default_model_of_same_kind_as_results_cube(cube), study=study
+    )
     return ensemble_findings(results)  # type: ignore[arg-type]
 
 
@@ -252,7 +254,7 @@ def test_comparison_of_two_stones_weights_azimuths_like_fall_shares(
 
     this, other = cube_of_stone_falling_between_azimuths(0, 95), cube_of_stone_falling_between_azimuths(15, 130)
     counts = count_falls_of_two_stones(this, other)
-    found = mean_shares_of_two_stone_falls(counts, np.array(["one"]))
+    found = compare_falls_of_two_stones_over_earthquakes(counts, np.array(["one"]))
     here, there = (float(overturned_shares_by_record(cube)[0]) for cube in (this, other))
     assert counts["compared"].item() == 3 * len(azimuths)
     assert 0.1 < here < 0.9

@@ -302,7 +302,7 @@ def test_opposite_azimuths_exchange_the_probabilities_of_both_fall_sides(
 
 def test_ensemble_batches_contain_equal_numbers_of_both_sobol_scrambles() -> None:
     members = draw_parameter_changes_of_members(EnsembleSettings())
-    batches = members.split_member_numbers_into_batches(MEMBERS_PER_BATCH)
+    batches = members.split_members_into_batches_of_both_sequences(MEMBERS_PER_BATCH)
     assert [batch.size for batch in batches] == [8, 8, 8]
     assert sorted(np.concatenate(batches)) == list(range(24))
     for batch in batches:
@@ -310,7 +310,7 @@ def test_ensemble_batches_contain_equal_numbers_of_both_sobol_scrambles() -> Non
     # Fewer members are the first of more, so that a larger number only adds to them.
     few, size = draw_parameter_changes_of_members(EnsembleSettings(members=16)), 16
     assert np.array_equal(
-        few.amplitude_factor[np.concatenate(few.split_member_numbers_into_batches(MEMBERS_PER_BATCH))],
+        few.amplitude_factor[np.concatenate(few.split_members_into_batches_of_both_sequences(MEMBERS_PER_BATCH))],
         members.amplitude_factor[np.concatenate(batches)[:size]],
     )
 

@@ -19,11 +19,11 @@ from overturning.statistics.by_record import record_masks_by_group
 from overturning.study.load import load_study, study_from_content
 from overturning.study.preflight import (
     can_compute_fault_alignment,
-    check_records_and_collect_notes,
     check_soil_curve_package,
     estimate_and_check_study_size,
     estimate_cases_time_memory_and_disk_of_study,
     find_record_rows_and_files,
+    read_and_process_records_and_collect_notes,
 )
 from tests.expect import run_overturning_and_return_printed_text
 from tests.records.world_writers import unam_text
@@ -49,7 +49,7 @@ def study_of_record(record: str, **more: Any) -> Any:
 
 def preflight_notes_on_records(study: Any) -> tuple[str, ...]:
     """Return the notes on the records of a study."""
-    return check_records_and_collect_notes(study, find_record_rows_and_files(study, "mine.yaml")[0])
+    return read_and_process_records_and_collect_notes(study, find_record_rows_and_files(study, "mine.yaml")[0])
 
 
 def test_the_preflight_check_names_all_missing_record_files(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_the_preflight_check_names_unreadable_record_files(tmp_path: Path) -> No
     entries, files = find_record_rows_and_files(study, "mine.yaml")
     assert files["one"] == [tmp_path / "one.csv"]
     with pytest.raises(OverturningError) as found:
-        check_records_and_collect_notes(study, entries)
+        read_and_process_records_and_collect_notes(study, entries)
     columns, processed, second = str(found.value).splitlines()
     assert "one.csv: columns are not declared" in columns
     assert "one.csv: columns do not say whether" in processed

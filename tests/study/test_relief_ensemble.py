@@ -92,7 +92,9 @@ def test_ensemble_members_of_a_scan_have_their_own_relief_and_orientation(monkey
     )  # type: ignore[arg-type]
     assert steps == 2 * 16
     assert [relief for relief, _ in seen] == pytest.approx(
-        np.concatenate([members.relief_m[batch] for batch in members.split_member_numbers_into_batches(8)]).tolist()
+        np.concatenate(
+            [members.relief_m[batch] for batch in members.split_members_into_batches_of_both_sequences(8)]
+        ).tolist()
     )
     turned = {float(relief): azimuth for relief, azimuth in seen}
     for number in range(16):

@@ -23,9 +23,9 @@ from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.statistics.elements import (
+    compare_falls_of_two_stones_over_earthquakes,
     count_falls_of_each_and_any_element,
     count_falls_of_two_stones,
-    mean_shares_of_two_stone_falls,
 )
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_parameter_changes_of_members
@@ -205,7 +205,7 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
     assert found["same_time"].to_numpy().tolist() == [0, 0]
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
-    both = mean_shares_of_two_stone_falls(found, np.array(["one", "other"]))
+    both = compare_falls_of_two_stones_over_earthquakes(found, np.array(["one", "other"]))
     assert (both.share_of_cases_both_fall.mean, both.share_of_cases_only_this_falls.mean) == (
         pytest.approx((2 / 3 + 1 / 2) / 2),
         1 / 4,
@@ -220,12 +220,14 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
     # Falls at the same time are first in neither: half of them counts here, half there.
     ties = count_falls_of_two_stones(this, this), count_falls_of_two_stones(other, other)
     assert [
-        mean_shares_of_two_stone_falls(one, np.array(["one", "other"])).this_first_or_alone_share_if_any_falls.mean
+        compare_falls_of_two_stones_over_earthquakes(
+            one, np.array(["one", "other"])
+        ).this_first_or_alone_share_if_any_falls.mean
         for one in ties
     ] == [0.5, 0.5]
     late = cube_of_fall_times([2.0, 4.0, 1.0, 1.0, nan, 3.0], overturned=[1, 1, 1, 0, 1, 1])
     firsts = [
-        mean_shares_of_two_stone_falls(
+        compare_falls_of_two_stones_over_earthquakes(
             count_falls_of_two_stones(*pair), np.array(["one", "other"])
         ).this_first_or_alone_share_if_any_falls.mean
         for pair in ((this, late), (late, this))

@@ -11,7 +11,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate_as_arrays
 from overturning.errors import ConfigError
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.scene import parse_scene_content
 from overturning.model.stack import Stack
 from overturning.motion.motion import Motion
@@ -102,7 +102,7 @@ def test_the_cube_of_a_stack_has_orientations_and_an_outcome_of_each_stone(
         assert "element" in loaded_cube[name].dims, name
     assert {"residual_slip_north", "residual_slip_east"} <= set(loaded_cube.data_vars)
     assert study_of_cube(loaded_cube) == study_settings
-    assert isinstance(default_model_for_results_cube(loaded_cube), Stack)
+    assert isinstance(default_model_of_same_kind_as_results_cube(loaded_cube), Stack)
     assert loaded_cube["vertical"].item() == 1
     shares = {row.element_name: row.fall_share for row in count_falls_of_each_and_any_element(loaded_cube)}
     assert 0.0 < shares["shaft"] <= 1.0

@@ -13,7 +13,7 @@ from overturning.stored import read_json_result, write_result_as_json
 from overturning.surveys.directions_in_space import (
     FALL_DIRECTION_SECTORS,
     FallDirectionComparisonIn3D,
-    fall_shares_by_sector_after_spreading,
+    fall_shares_by_sector_smoothed_over_arcs,
 )
 from overturning.surveys.displacements import StoredDisplacementComparison, compare_falls_shifts_and_twists
 from overturning.surveys.stones import OCTANTS, read_survey_table
@@ -39,7 +39,7 @@ def compare_directions_of_survey(
 )
 def test_a_computed_fall_is_spread_over_45_degrees_about_its_azimuth(azimuth: float, octants: dict[str, float]) -> None:
     shares = FALL_DIRECTION_SECTORS.octant_probabilities_from_sectors(
-        fall_shares_by_sector_after_spreading(np.array([azimuth]))
+        fall_shares_by_sector_smoothed_over_arcs(np.array([azimuth]))
     )
     assert shares.sum() == pytest.approx(1.0)
     assert dict(zip(OCTANTS, shares, strict=True)) == pytest.approx(dict.fromkeys(OCTANTS, 0.0) | octants, abs=2e-3)

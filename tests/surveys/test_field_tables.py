@@ -39,7 +39,7 @@ COMMA_SEPARATED_TABLE = "azimuth_deg,height_m,note\n12.5,0.6,a\nSSE,0.8,\n"
 )
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 def test_separators_encodings_and_decimal_commas_give_the_same_stones(tmp_path: Path, text: str, encoding: str) -> None:
-    stones = write_and_read_survey_table(tmp_path, text, encoding).counted_stones
+    stones = write_and_read_survey_table(tmp_path, text, encoding).fallen_and_standing_stones
     assert [
         (one.fall_azimuth_deg, one.height_m, one.has_16_point_direction, one.has_octant_direction) for one in stones
     ] == [
@@ -142,8 +142,10 @@ def test_outcomes_count_as_fallen_standing_or_not_counted(
     table = write_and_read_survey_table(tmp_path, f"{header}\n{cells}\n")
     row = table.rows[0][1]
     assert (row.counted_as, row.stated_outcomes) == (counted, kinds)
-    assert [stone.fell for stone in table.counted_stones] == ([] if counted == "not counted" else [counted == "fell"])
-    assert all(math.isnan(stone.fall_azimuth_deg) for stone in table.counted_stones if not stone.fell)
+    assert [stone.fell for stone in table.fallen_and_standing_stones] == (
+        [] if counted == "not counted" else [counted == "fell"]
+    )
+    assert all(math.isnan(stone.fall_azimuth_deg) for stone in table.fallen_and_standing_stones if not stone.fell)
 
 
 @pytest.mark.parametrize(
@@ -157,7 +159,7 @@ def test_outcomes_count_as_fallen_standing_or_not_counted(
     ],
 )
 def test_comments_and_columns_resembling_mistakes_are_accepted(tmp_path: Path, text: str) -> None:
-    (stone,) = write_and_read_survey_table(tmp_path, text).counted_stones
+    (stone,) = write_and_read_survey_table(tmp_path, text).fallen_and_standing_stones
     assert stone.fell
 
 
@@ -217,7 +219,7 @@ def test_stone_sizes_apparently_in_cm_or_as_h_over_b_are_read_with_a_warning(
 def test_azimuths_that_are_read_are_below_360_degrees(tmp_path: Path) -> None:
     assert [
         stone.fall_azimuth_deg
-        for stone in write_and_read_survey_table(tmp_path, "azimuth\n-1e-20\n360\n-5\n").counted_stones
+        for stone in write_and_read_survey_table(tmp_path, "azimuth\n-1e-20\n360\n-5\n").fallen_and_standing_stones
     ] == [
         0.0,
         0.0,
@@ -230,7 +232,7 @@ def test_a_note_counts_the_stones_counted_neither_as_fallen_nor_standing(tmp_pat
     assert table.notes == (
         "field.csv: not counted as fallen or standing: 6 (outcomes: 3 fixed, 2 repaired, 1 unknown)",
     )
-    assert [(stone.fell, stone.stone_count) for stone in table.counted_stones] == [(True, 4)]
+    assert [(stone.fell, stone.stone_count) for stone in table.fallen_and_standing_stones] == [(True, 4)]
 
 
 @pytest.mark.parametrize(
@@ -274,26 +276,26 @@ def test_an_unused_column_gives_a_note_with_a_similar_known_name(tmp_path: Path)
 def test_table_cells_that_state_an_unknown_value_are_read_as_empty(tmp_path: Path) -> None:
     text = "fell,azimuth_deg,Height (m),note\nyes,?,n/a,?\nyes,SE,-,-\nyes,unknown,0.6,\n"
     table = write_and_read_survey_table(tmp_path, text)
-    assert [stone.fell_in_known_direction for stone in table.counted_stones] == [False, True, False]
-    assert [math.isnan(stone.height_m) for stone in table.counted_stones] == [True, True, False]
+    assert [stone.fell_in_known_direction for stone in table.fallen_and_standing_stones] == [False, True, False]
+    assert [math.isnan(stone.height_m) for stone in table.fallen_and_standing_stones] == [True, True, False]
     assert [row.note for _, row in table.rows] == ["?", "-", ""]
     with pytest.raises(RecordError, match=r"write yes or no; an unknown outcome belongs in the column outcome"):
         write_and_read_survey_table(tmp_path, "fell\n?\n")
 
 
 def test_a_survey_without_countable_stones_is_refused_but_read_as_a_table(tmp_path: Path) -> None:
-    assert write_and_read_survey_table(tmp_path, "outcome\nfixed\nbroken\n").counted_stones == []
+    assert write_and_read_survey_table(tmp_path, "outcome\nfixed\nbroken\n").fallen_and_standing_stones == []
     with pytest.raises(RecordError, match="no stone counts as fallen or standing"):
         read_counted_stones(tmp_path / "field.csv")
 
 
 def test_compass_points_are_octants_if_all_are_among_the_main_eight(tmp_path: Path) -> None:
-    eight = write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nse\n130\n").counted_stones
+    eight = write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nse\n130\n").fallen_and_standing_stones
     assert [(one.has_octant_direction, one.has_16_point_direction,
     one.direction_uncertainty_half_width_deg) for one in eight] == [
         (True, False, 22.5), (True, False, 22.5), (False, False, 0.0),
     ]  # fmt: skip
-    sixteen = write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nsse\n").counted_stones
+    sixteen = write_and_read_survey_table(tmp_path, "azimuth_deg\nN\nsse\n").fallen_and_standing_stones
     assert [(one.has_octant_direction, one.direction_uncertainty_half_width_deg) for one in sixteen] == [
         (False, 11.25),
         (False, 11.25),
@@ -301,9 +303,13 @@ def test_compass_points_are_octants_if_all_are_among_the_main_eight(tmp_path: Pa
 
 
 def test_declination_is_added_from_column_or_option(tmp_path: Path) -> None:
-    by_column = write_and_read_survey_table(tmp_path, "azimuth_deg;declination\nS40E;-7,5\nNNE;\n").counted_stones
+    by_column = write_and_read_survey_table(
+        tmp_path, "azimuth_deg;declination\nS40E;-7,5\nNNE;\n"
+    ).fallen_and_standing_stones
     assert [stone.fall_azimuth_deg for stone in by_column] == [132.5, 22.5]
-    by_option = write_and_read_survey_table(tmp_path, "azimuth_deg\nS40E\nNNE\n", declination_deg=-7.5).counted_stones
+    by_option = write_and_read_survey_table(
+        tmp_path, "azimuth_deg\nS40E\nNNE\n", declination_deg=-7.5
+    ).fallen_and_standing_stones
     assert [stone.fall_azimuth_deg for stone in by_option] == [132.5, 15.0]
     with pytest.raises(RecordError, match="a column gives the declination; leave out the option"):
         write_and_read_survey_table(tmp_path, "azimuth_deg,declination\n10,5\n", declination_deg=-7.5)
@@ -352,7 +358,9 @@ def test_a_declination_for_azimuths_from_true_north_is_refused(tmp_path: Path) -
         with pytest.raises(RecordError, match=r"line 1: column 'Azimuth \(true\)' names true north, but a declination"):
             write_and_read_survey_table(tmp_path, text, declination_deg=declination)
     assert (
-        write_and_read_survey_table(tmp_path, "outcome;Azimuth (true)\nfell;10\n").counted_stones[0].fall_azimuth_deg
+        write_and_read_survey_table(tmp_path, "outcome;Azimuth (true)\nfell;10\n")
+        .fallen_and_standing_stones[0]
+        .fall_azimuth_deg
         == 10.0
     )
 
@@ -407,7 +415,7 @@ def test_a_stone_that_is_listed_twice_gives_a_warning(tmp_path: Path) -> None:
     table = write_and_read_survey_table(tmp_path, "site,stone,fell\nA,1,yes\nB,1,no\nA,1,yes\n")
     assert table.warnings == ("field.csv: stone '1' is listed 2 times, and counts each time: lines 2, 4",)
     assert table.site_names == ["A", "B"]
-    assert [stone.line_number for stone in table.select_site("B").counted_stones] == [3]
+    assert [stone.line_number for stone in table.select_site("B").fallen_and_standing_stones] == [3]
 
 
 def test_docs_repeat_the_description_of_each_survey_column() -> None:

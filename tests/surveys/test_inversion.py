@@ -23,7 +23,7 @@ from overturning.surveys.library import (
     CandidateMotion,
     candidate_motions,
     candidate_motions_from_shipped_records,
-    read_records_and_make_ids_unique,
+    read_records_with_paths_as_duplicate_ids,
 )
 from overturning.surveys.posterior import MOTION_ROTATION_COUNT, read_inversion_result, write_inversion_result
 from overturning.surveys.responses import (
@@ -104,7 +104,9 @@ def test_motions_with_equal_ids_have_distinct_names_in_the_results(tmp_path: Pat
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
         write_record_to_motion_file(sine_cycle_record(path.stem, peak), path)
-    assert [one.name for one in candidate_motions(read_records_and_make_ids_unique(paths), only_user_records=True)] == [
+    assert [
+        one.name for one in candidate_motions(read_records_with_paths_as_duplicate_ids(paths), only_user_records=True)
+    ] == [
         *map(str, paths[:2]),
         "b",
     ]

@@ -151,7 +151,9 @@ def test_field_tables_in_three_layouts_are_summarised_and_drawn(
     assert not stop.value.code, printed.err
     assert f"{fell} stones fell and {stand} stand" in printed.out
     table = read_survey_table(path, -7.5 if options else None)
-    assert sum(stone.fell and not stone.fell_in_known_direction for stone in table.counted_stones) == unknown
+    assert (
+        sum(stone.fell and not stone.fell_in_known_direction for stone in table.fallen_and_standing_stones) == unknown
+    )
     found = observed_survey_findings(summarise_survey(table)).all_sites
     assert found.direction.mean_deg is not None
     assert 110 < found.direction.mean_deg < 150

@@ -10,7 +10,7 @@ from scipy.stats import binomtest, norm
 
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
-from overturning.findings.population import share_of_motions_agreeing_with_survey_rule
+from overturning.findings.population import share_of_compared_motions_with_interval
 from overturning.model.cases import Cases
 from overturning.model.model import StoneOutcomesByAmplitudeFactor
 from overturning.motion.motion import Motion
@@ -336,7 +336,7 @@ def test_agreement_share_equal_in_all_earthquakes_has_an_interval_of_nonzero_wid
     """Of the four motions of each of ten earthquakes, equally many agree: other earthquakes may still differ."""
     selected = np.ones((10, 4), np.bool_)
     events = np.array([f"earthquake {number}" for number in range(10)])
-    found = share_of_motions_agreeing_with_survey_rule(np.arange(4) < np.full((10, 1), agree), selected, events)
+    found = share_of_compared_motions_with_interval(np.arange(4) < np.full((10, 1), agree), selected, events)
     assert found.value == agree / 4
     interval = mean_share_over_earthquakes(np.full(10, agree / 4), events)
     assert (found.low, found.high) == (interval.interval_low, interval.interval_high)

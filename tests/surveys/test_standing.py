@@ -17,7 +17,7 @@ from overturning.surveys.standing import (
     HazardCurve,
     estimate_standing_probability,
     read_fragility_curves,
-    read_hazard_curves,
+    read_hazard_curves_by_intensity_measure,
     upper_bound_of_annual_fall_rate,
 )
 from tests.statistics.conftest import fit_curve_to_lognormal_fall_rates
@@ -318,7 +318,7 @@ def test_fall_rate_below_the_first_hazard_level_is_reported(
         rates.append(
             (
                 estimate_standing_probability(
-                    fragility_curve_row(0.6, spread), read_hazard_curves(files[1])["PGA"], 800.0
+                    fragility_curve_row(0.6, spread), read_hazard_curves_by_intensity_measure(files[1])["PGA"], 800.0
                 ).annual_fall_rate_per_stone,
                 text,
             )

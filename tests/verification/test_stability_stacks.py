@@ -21,7 +21,7 @@ from verification.stability.stacks import (
     ParametersOfStackCases,
     generate_random_parameters_of_stack_cases,
     name_of_first_failed_stack_check,
-    simulate_and_check_stack_cases,
+    simulate_stack_cases_and_check_outcomes,
     stack_scene_from_parameters,
 )
 
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.long
 
 def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
     settings = generate_random_parameters_of_stack_cases(16, 7)
-    rows = collect_stability_map_rows(simulate_and_check_stack_cases, settings, threads=2)
+    rows = collect_stability_map_rows(simulate_stack_cases_and_check_outcomes, settings, threads=2)
     assert set(rows) == set(STACK_COLUMN_LONG_NAMES_AND_UNITS)
     silent = rows["ending"] == StabilityCheckVerdict.WRONG_WITHOUT_WARNING
     assert not silent.any(), rows["reason"][silent].tolist()
@@ -39,7 +39,7 @@ def test_no_wrong_outcome_of_an_extreme_stack_is_reported_as_valid() -> None:
     # Soft contacts, up to a hundredth of their width, leave the range of the contact law.
     assert answered[rows["penetration_ratio"] < MAX_PENETRATION_TO_WIDTH_OF_STIFF_CONTACT].mean() > 0.6
     assert (rows["fallen"] > 1).any(), "some stacks come down"
-    again = collect_stability_map_rows(simulate_and_check_stack_cases, settings[:3])
+    again = collect_stability_map_rows(simulate_stack_cases_and_check_outcomes, settings[:3])
     assert again.equals(rows[: len(again)])
 
 

@@ -18,10 +18,10 @@ from verification.tables import (
     MeasuredNumber,
     commit_and_machine_line,
     current_commit,
-    insert_markdown_between_markers_in_docs,
     measured_numbers_table,
     read_measured_numbers,
     read_table,
+    update_marked_tables_and_sentences_in_docs,
     write_measured_numbers,
     write_table_as_netcdf_and_csv,
 )
@@ -53,13 +53,13 @@ def test_generated_tables_replace_only_the_text_between_their_markers(tmp_path: 
         page.write_text("before\n<!-- x:begin -->\nold\n<!-- x:end -->\nafter\n", encoding="utf-8")
     pages[2].write_text("nothing", encoding="utf-8")
     for _ in range(2):
-        insert_markdown_between_markers_in_docs({"x": r"new \1"}, tmp_path)
+        update_marked_tables_and_sentences_in_docs({"x": r"new \1"}, tmp_path)
     for page in pages[:2]:
         text = f"before\n<!-- x:begin -->\n\nnew \\1\n\n{commit_and_machine_line()}\n\n<!-- x:end -->\nafter\n"
         assert page.read_text(encoding="utf-8") == text
     assert pages[2].read_text(encoding="utf-8") == "nothing"
     with pytest.raises(ResultError, match="y:begin"):
-        insert_markdown_between_markers_in_docs({"y": "", "x": "newer"}, tmp_path)
+        update_marked_tables_and_sentences_in_docs({"y": "", "x": "newer"}, tmp_path)
     assert "newer" in pages[0].read_text(encoding="utf-8"), "what has its marks is published all the same"
 
 
@@ -131,7 +131,7 @@ def test_each_measured_number_is_in_a_sentence_and_updated_from_its_table(tmp_pa
 def test_tables_in_the_docs_equal_those_of_the_result_files() -> None:
     boulder = shaking_table.score_tables_by_marker(pd.read_csv(RESULT_TABLE_FOLDER / "shaking-table.csv"))
     curve = pd.read_csv(RESULT_TABLE_FOLDER / "default-step.csv")
-    made = boulder | {"equal-error": experiments.cost_ratio_table_at_equal_error(curve)}
+    made = boulder | {"equal-error": experiments.cost_ratio_table_of_default_to_cundall_scheme(curve)}
     made["equal-agreement"] = error_page.table_of_least_time_by_share_of_equal_outcomes(
         pd.read_csv(RESULT_TABLE_FOLDER / "work-precision.csv")
     )
@@ -159,9 +159,12 @@ def test_cost_at_equal_error_is_found_on_a_non_monotonic_curve() -> None:
     rows = [("centred", 0.1, 2.0), ("cundall", 4.0, 2.0), ("cundall", 2.0, 1.0), ("cundall", 1.0, 4.0)]
     curve = pd.DataFrame([(name, cost, *(error,) * 4) for name, cost, error in rows])
     curve.columns = pd.Index(["scheme", "processor time, s", *experiments.ERROR_COLUMN_TITLES])
-    assert experiments.cost_ratio_table_at_equal_error(curve).count("| 1/14 |") == 4
+    assert experiments.cost_ratio_table_of_default_to_cundall_scheme(curve).count("| 1/14 |") == 4
     curve.loc[0, experiments.ERROR_COLUMN_TITLES] = [0.5, 8.0, 4.0, 1.0]
-    shares = [line.split(" | ")[-1] for line in experiments.cost_ratio_table_at_equal_error(curve).splitlines()[2:]]
+    shares = [
+        line.split(" | ")[-1]
+        for line in experiments.cost_ratio_table_of_default_to_cundall_scheme(curve).splitlines()[2:]
+    ]
     assert shares == ["1/40, at most |", "1/10, at least |", "1/10, at least |", "1/20 |"]
 
 

@@ -359,9 +359,9 @@ def test_a_failed_step_is_reported_when_it_fails_and_at_the_end(
         "#!/bin/sh\necho 'error: motion.nc: broken; mend it' >&2\nexit 1\n", encoding="utf-8"
     )
     (programs / "overturning").chmod(0o755)
-    how = checkout.subprocess_arguments()
+    how = checkout.subprocess_arguments_of_snakemake_run()
     how["env"] |= {"PATH": f"{programs}:{how['env']['PATH']}"}
-    monkeypatch.setattr(checkout, "subprocess_arguments", lambda *_, **__: how)
+    monkeypatch.setattr(checkout, "subprocess_arguments_of_snakemake_run", lambda *_, **__: how)
     done = checkout.run()
     assert done.returncode == 1
     assert done.stdout == ""

@@ -19,7 +19,7 @@ from verification.faults.kinds import (
     unmount_results_folder_at_exit,
 )
 from verification.project import StudyWorkflowCopy
-from verification.tables import insert_markdown_between_markers_in_docs, markdown_table
+from verification.tables import markdown_table, update_marked_tables_and_sentences_in_docs
 
 SEED: Final = 18
 
@@ -123,7 +123,7 @@ def main(
             rows = [
                 (label, f"{fine} of {times}") for label, (fine, times) in {**found, "all faults": (good, total)}.items()
             ]
-            insert_markdown_between_markers_in_docs({"faults": markdown_table(("fault", "survived"), rows)})
+            update_marked_tables_and_sentences_in_docs({"faults": markdown_table(("fault", "survived"), rows)})
     if good < total:
         raise SystemExit(1)
 

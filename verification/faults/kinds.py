@@ -87,7 +87,7 @@ def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFuncti
     The file is truncated, emptied, or a byte of it is changed.
     """
 
-    def damage_random_file(
+    def damage_random_file_and_return_path_to_report(
         workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
     ) -> Path | None:
         """Damage a random file; return its path if the next run must report the damage."""
@@ -111,7 +111,7 @@ def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFuncti
             random_generator.choice(sorted(workflow_copy.results.glob(SWEEP_PART_FILE_PATTERN))).unlink()
         return None if kernel else path.relative_to(workflow_copy.folder)
 
-    return damage_random_file
+    return damage_random_file_and_return_path_to_report
 
 
 def fill_disk_during_run(
@@ -122,7 +122,10 @@ def fill_disk_during_run(
     results.mkdir()
     _run_mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
     run = psutil.Popen(
-        **workflow_copy.subprocess_arguments(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        **workflow_copy.subprocess_arguments_of_snakemake_run(),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     next(yield_study_jobs_as_they_start(run))
     other = results / "other"

@@ -24,12 +24,12 @@ from overturning.dem.body.base_contact import (
     is_body_in_flat_landing,
     lowest_and_highest_base_points_rest,
     remaining_landing_time_of_new_contact,
-    vertex_waits_until_extreme_vertices_rest,
+    vertex_carries_no_load_until_base_ends_rest,
 )
 from overturning.dem.body.centred import (
     acceleration_of_body_centre_relative_to_base,
     rim_point_position_from_centre,
-    slip_and_tilting_moment_share_in_flat_landing,
+    slip_direction_and_tilting_share_in_flat_landing,
 )
 from overturning.dem.body.rules import LOOP_BY_BASE_SHAPE_TAG
 from overturning.dem.body.state import (
@@ -49,7 +49,7 @@ from overturning.dem.body.state import (
     squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.state import BodyConstants as Constants
-from overturning.dem.body.statics import largest_squared_frequency_on_unit_springs
+from overturning.dem.body.statics import largest_squared_frequency_on_springs_of_any_face
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,
@@ -200,7 +200,7 @@ def apply_contact_law(
         -(body.point_tangential_stiffness_per_mass * ty)
         - dashpot_per_mass_over_step * contact_point.displacement_in_step_y,
     )
-    drift_x, drift_y, drifts, tilting = slip_and_tilting_moment_share_in_flat_landing(
+    drift_x, drift_y, drifts, tilting = slip_direction_and_tilting_share_in_flat_landing(
         body,
         contact_point.position_from_centre,
         body_state.velocity_relative_to_base,
@@ -418,7 +418,7 @@ def add_vertex_contact_forces(
             left,
             rate,
             (
-                vertex_waits_until_extreme_vertices_rest(body, base_contact, p, at.position_from_centre.z, left),
+                vertex_carries_no_load_until_base_ends_rest(body, base_contact, p, at.position_from_centre.z, left),
                 is_body_in_flat_landing(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting_share_of_friction_moment_in_flat_landing,
@@ -431,7 +431,7 @@ def add_vertex_contact_forces(
             right,
             rate,
             (
-                vertex_waits_until_extreme_vertices_rest(body, base_contact, q, on.position_from_centre.z, right),
+                vertex_carries_no_load_until_base_ends_rest(body, base_contact, q, on.position_from_centre.z, right),
                 is_body_in_flat_landing(base_contact),
                 remaining_landing_time_of_new_contact(body, base_contact),
                 base_contact.tilting_share_of_friction_moment_in_flat_landing,
@@ -453,7 +453,7 @@ def add_vertex_contact_forces(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def add_contact_forces_at_opposite_rim_points(
+def add_contact_forces_at_rim_point_pair(
     state: Any,
     contact_total_rows: Any,
     first_rim_point_history_rows: Any,
@@ -592,7 +592,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
                 )
                 if has_rim:
                     ahead = 1.0 if pair == 0 else 0.0
-                    add_contact_forces_at_opposite_rim_points(state, acting, one, other, lane_count, ahead, 1.0 - ahead)
+                    add_contact_forces_at_rim_point_pair(state, acting, one, other, lane_count, ahead, 1.0 - ahead)
                 else:
                     add_vertex_contact_forces(state, acting, one, other, lane_count)
             advance_all_bodies(state, acting, lane_count)
@@ -646,7 +646,7 @@ def allow_cundall_scheme_for_bodies() -> Iterator[None]:
         if parse_scheme(numerics.scheme) != IntegrationScheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
-        modes = np.array([largest_squared_frequency_on_unit_springs(solid) for solid in planned.solids_by_size])[
+        modes = np.array([largest_squared_frequency_on_springs_of_any_face(solid) for solid in planned.solids_by_size])[
             planned.case_table["body"]
         ]
         square = (

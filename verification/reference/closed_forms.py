@@ -105,7 +105,7 @@ def time_and_velocity_at_end_of_bounce(
     omega = math.sqrt(stiffness_over_mass - c * c)
     rest = gravity / stiffness_over_mass
 
-    def penetration_and_rate(time_since_touch: float) -> tuple[float, float]:
+    def spring_penetration_and_velocity_after_touch(time_since_touch: float) -> tuple[float, float]:
         """Return the penetration of the spring, m, and its rate, m/s, at a time since the touch, s."""
         a, b = -rest, (impact_speed - c * rest) / omega
         decay = math.exp(-c * time_since_touch)
@@ -118,8 +118,8 @@ def time_and_velocity_at_end_of_bounce(
 
     def contact_force_over_mass(time_since_touch: float) -> float:
         """Return the upward force of spring and dashpot over the mass, m/s², at a time since the touch, s."""
-        depth, velocity = penetration_and_rate(time_since_touch)
+        depth, velocity = spring_penetration_and_velocity_after_touch(time_since_touch)
         return stiffness_over_mass * depth + dashpot_over_mass * velocity
 
     end = float(brentq(contact_force_over_mass, 0.5 * math.pi / omega * 0.2, 1.2 * math.pi / omega, xtol=1e-15))
-    return end, -penetration_and_rate(end)[1]
+    return end, -spring_penetration_and_velocity_after_touch(end)[1]

@@ -14,12 +14,12 @@ from verification.scale.made import MILLION_CASE_3D_STUDY_SETTINGS
 from verification.tables import (
     RESULT_TABLE_FOLDER,
     MeasuredNumber,
-    insert_markdown_between_markers_in_docs,
     iterate_rows,
     markdown_table,
     measured_numbers_table,
     named_parts_or_all_if_none,
     read_measured_numbers,
+    update_marked_tables_and_sentences_in_docs,
     write_csv,
     write_measured_numbers,
 )
@@ -43,7 +43,7 @@ def main(
             runs += same_bytes.run_study_on_slurm(
                 result_file_name_of_each_run=(same_bytes.CUBE_FILE_NAME, same_bytes.REPORT_FILE_NAME)
             )
-        insert_markdown_between_markers_in_docs(
+        update_marked_tables_and_sentences_in_docs(
             {"scale-bytes": table_of_runs_and_result_hashes(merge_with_stored_runs_and_store(runs))}
         )
     measures: dict[str, Callable[[Path], list[MeasuredNumber]]] = {
@@ -60,9 +60,9 @@ def main(
             with tempfile.TemporaryDirectory(prefix="scale-") as folder:
                 write_measured_numbers(measure(Path(folder)), MEASURED_NUMBERS_FILE, keep_other_stored_numbers=True)
     figures = read_measured_numbers(MEASURED_NUMBERS_FILE)
-    insert_markdown_between_markers_in_docs({"scale": measured_numbers_table(figures)})
+    update_marked_tables_and_sentences_in_docs({"scale": measured_numbers_table(figures)})
     if {one.quantity for one in figures} >= on_paper.QUANTITIES_NEEDED_TO_EXTRAPOLATE:
-        insert_markdown_between_markers_in_docs({"scale-on-paper": extrapolated_resource_table(figures)})
+        update_marked_tables_and_sentences_in_docs({"scale-on-paper": extrapolated_resource_table(figures)})
 
 
 def merge_with_stored_runs_and_store(

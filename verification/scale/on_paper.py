@@ -38,7 +38,7 @@ def measure_planning_of_study(record_count: int) -> ResourceUse:
         # Few cases of each, which planning does not count, so that the disk would hold them.
         study = {"name": "scale", "records": {"pulses": pulses}, "verification": "none", "b_over_h": [0.3]}
         project = StudyWorkflowCopy(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
-        how = project.subprocess_arguments(
+        how = project.subprocess_arguments_of_snakemake_run(
             "--set-scatter", f"sweep={EXTRAPOLATED_CHUNK_COUNT_PER_RECORD}", result_file_name=""
         )
         return run_program_and_measure_resource_use(

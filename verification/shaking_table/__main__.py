@@ -28,8 +28,8 @@ from verification.shaking_table.models import (
     PRISMS_MODEL_NAME,
     RECTANGLES_MODEL_NAME,
     fall_prediction_models_by_name,
-    fall_shares_by_size_neighbourhood,
     predict_unseen_tests,
+    smoothed_fall_shares_by_size_and_test,
     split_into_odd_learning_and_even_predicted_tests,
     splits_leaving_out_one_motion,
 )
@@ -40,7 +40,7 @@ from verification.shaking_table.scores import (
     bootstrap_samples_of_test_indices,
     f1_auc_and_brier_score,
 )
-from verification.tables import RESULT_TABLE_FOLDER, ROOT, insert_markdown_between_markers_in_docs, write_csv
+from verification.tables import RESULT_TABLE_FOLDER, ROOT, update_marked_tables_and_sentences_in_docs, write_csv
 
 TEST_SPLIT_FUNCTION_BY_NAME = {
     "odd to even": split_into_odd_learning_and_even_predicted_tests,
@@ -58,7 +58,7 @@ def model_scores_with_intervals_and_predictions(
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
     """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
 
-    `size_neighbourhood_fall_shares_by_model` are the shares of `fall_shares_by_size_neighbourhood`, by model name.
+    `size_neighbourhood_fall_shares_by_model` are the shares of `smoothed_fall_shares_by_size_and_test`, by model name.
     """
     rows, probabilities = [], {}
     for split, divide in TEST_SPLIT_FUNCTION_BY_NAME.items():
@@ -110,7 +110,7 @@ def counts_and_scores_of_rectangles_by_damping_class(
             stones.damping_ratio_over_default[own],
             stones.fell_by_test_and_stone[:, own],
         )
-        fractions = fall_shares_by_size_neighbourhood(part)
+        fractions = smoothed_fall_shares_by_size_and_test(part)
         model, rows = fall_prediction_models_by_name(tests, fractions, fractions)[RECTANGLES_MODEL_NAME], []
         for specimen in SPECIMEN_NUMBERS:
             fell = tests.fell_by_specimen[specimen]
@@ -140,11 +140,11 @@ def main(
         name: simulate_random_stones_or_read_outcomes(kind, tests, kept, threads=threads)
         for name, kind in kinds.items()
     }
-    fractions = {name: fall_shares_by_size_neighbourhood(one) for name, one in made.items()}
+    fractions = {name: smoothed_fall_shares_by_size_and_test(one) for name, one in made.items()}
     rows, probabilities = model_scores_with_intervals_and_predictions(tests, fractions)
     write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table.csv")
     page.draw_reliability_diagrams(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
-    insert_markdown_between_markers_in_docs(
+    update_marked_tables_and_sentences_in_docs(
         page.markdown_by_marker(tests, fractions, rows)
         | page.damping_score_table_by_marker(
             counts_and_scores_of_rectangles_by_damping_class(tests, made[RECTANGLES_MODEL_NAME])

@@ -110,7 +110,7 @@ def sample_stones(distribution: RandomStoneBoundsAndFallSimulator, stone_count: 
     }
 
 
-def is_in_any_size_neighbourhood(stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
+def is_in_any_candidate_size_range(stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
     """True for stones within at least one of the ranges of B/H and height among which a model chooses."""
     shape, size = np.log(stone_values_by_parameter_name["b_over_h"]), np.log(stone_values_by_parameter_name["height"])
     ends = [
@@ -148,7 +148,7 @@ def simulate_random_stones_or_read_outcomes(
     """
     stone_count = stone_count or distribution.stone_count
     rows = sample_stones(distribution, stone_count)
-    chosen = is_in_any_size_neighbourhood(rows)
+    chosen = is_in_any_candidate_size_range(rows)
     rows = {name: values[chosen] for name, values in rows.items()}
     key = hashlib.sha256(sources_digest(Path(__file__).parent).encode())
     key.update(b"".join(one.tobytes() for one in tests.accelerations))

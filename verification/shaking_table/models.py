@@ -22,7 +22,7 @@ FallPredictionModel = Callable[[int, TestIndices, TestIndices], FloatArray]
 """Function of specimen, tests to learn from and tests to predict; returns the probabilities of the latter."""
 
 
-def fall_shares_by_size_neighbourhood(stones: StonesWithSimulatedOutcomes) -> FloatArray:
+def smoothed_fall_shares_by_size_and_test(stones: StonesWithSimulatedOutcomes) -> FloatArray:
     """Return the share of the stones of similar size that fall in each test, by size: shape (sizes, tests).
 
     Stones are of similar size if B/H and height are within a fixed logarithmic distance of a centre; the stones around
@@ -59,7 +59,7 @@ def fall_prediction_models_by_name(
 ) -> dict[str, FallPredictionModel]:
     """Return functions by model name that predict fall probabilities of tests from the outcomes of other tests.
 
-    The shares are those of `fall_shares_by_size_neighbourhood`, for random rectangles and for random prisms.
+    The shares are those of `smoothed_fall_shares_by_size_and_test`, for random rectangles and for random prisms.
     """
     peaks = np.log(np.column_stack([tests.measured_pga, tests.measured_pgv]))
 
@@ -84,7 +84,7 @@ def fall_prediction_models_by_name(
 
         return predict_by_fall_share_of_best_fitting_size
 
-    def predict_by_pga_and_pgv(
+    def predict_fall_probabilities_by_pga_and_pgv(
         specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
     ) -> FloatArray:
         """Predict fall probabilities by logistic regression on the logarithms of measured PGA and PGV."""
@@ -111,7 +111,7 @@ def fall_prediction_models_by_name(
         )
 
     return {
-        PGA_PGV_LOGISTIC_MODEL_NAME: predict_by_pga_and_pgv,
+        PGA_PGV_LOGISTIC_MODEL_NAME: predict_fall_probabilities_by_pga_and_pgv,
         RECTANGLES_MODEL_NAME: create_best_fitting_size_model(rectangle_fall_share_by_neighbourhood_and_test),
         ENSEMBLE_AND_PEAKS_MODEL_NAME: fall_probability_by_pga_pgv_and_simulated_share,
         PRISMS_MODEL_NAME: create_best_fitting_size_model(prism_fall_share_by_size_and_test),

@@ -94,7 +94,7 @@ def markdown_by_marker(
 ) -> dict[str, str]:
     """Return the tables of the page as Markdown, by marker.
 
-    `size_neighbourhood_fall_shares_by_model` are the shares of `fall_shares_by_size_neighbourhood`, by model name.
+    `size_neighbourhood_fall_shares_by_model` are the shares of `smoothed_fall_shares_by_size_and_test`, by model name.
     """
     return score_tables_by_marker(one_score_per_row) | {
         "shaking-table-centres": _table_of_b_over_h_and_height_fitted_to_odd_tests(

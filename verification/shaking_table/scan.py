@@ -22,7 +22,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import VertexContact
 from overturning.model.mesh import read_mesh_surface
-from overturning.model.scan import ScannedStone, stone_from_surface
+from overturning.model.scan import ScannedStone, stone_in_nearest_stable_pose_from_surface
 from overturning.model.surface import repair_surface_and_close_base
 from verification.shaking_table.data import ShakingTableTests
 from verification.shaking_table.models import TestIndices
@@ -60,7 +60,7 @@ def read_scanned_boulder(folder: Path) -> ScannedStone:
     path = folder / BOULDER_SCAN_FILE_NAME
     if not path.is_file():
         raise ResultError(f"{folder}: no {BOULDER_SCAN_FILE_NAME}; for its source see docs/shaking-table.md")
-    scan = stone_from_surface(
+    scan = stone_in_nearest_stable_pose_from_surface(
         *repair_surface_and_close_base(read_mesh_surface(path, "m")), "boulder", SIMULATED_BASE_RELIEFS_M[0]
     )
     assert isinstance(scan.shape, ScannedStone)

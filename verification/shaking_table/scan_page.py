@@ -27,8 +27,8 @@ from verification.shaking_table.models import (
     FallPredictionModel,
     TestIndices,
     fall_prediction_models_by_name,
-    fall_shares_by_size_neighbourhood,
     predict_unseen_tests,
+    smoothed_fall_shares_by_size_and_test,
     split_into_odd_learning_and_even_predicted_tests,
 )
 from verification.shaking_table.scan import (
@@ -49,9 +49,9 @@ from verification.shaking_table.scores import (
 )
 from verification.tables import (
     RESULT_TABLE_FOLDER,
-    insert_markdown_between_markers_in_docs,
     iterate_rows,
     markdown_table,
+    update_marked_tables_and_sentences_in_docs,
     write_csv,
 )
 
@@ -235,7 +235,7 @@ def main(
     }
     shares = smoothed_fall_probability_by_orientation_and_test(fell)
     others = {
-        name: fall_shares_by_size_neighbourhood(
+        name: smoothed_fall_shares_by_size_and_test(
             simulate_random_stones_or_read_outcomes(kind, tests, kept, threads=threads)
         )
         for name, kind in {RECTANGLES_MODEL_NAME: RECTANGLE_DISTRIBUTION, PRISMS_MODEL_NAME: PRISM_DISTRIBUTION}.items()
@@ -246,7 +246,7 @@ def main(
     } | {SCAN_MODEL_NAME: model_with_orientation_fitted_to_other_tests(tests, shares)}
     rows = scores_on_unseen_tests(tests, compared)
     write_csv(rows, RESULT_TABLE_FOLDER / "shaking-table-scan.csv")
-    insert_markdown_between_markers_in_docs({
+    update_marked_tables_and_sentences_in_docs({
         "shaking-table-scan-scores": score_table(rows),
         "shaking-table-scan-fits": table_of_orientation_chosen_by_each_fit(tests, shares),
         "shaking-table-scan-orientations": score_table_of_all_orientations(tests, shares),

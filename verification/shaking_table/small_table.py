@@ -29,7 +29,12 @@ from verification.shaking_table.scores import (
     bootstrap_samples_of_test_indices,
     f1_auc_and_brier_score,
 )
-from verification.tables import RESULT_TABLE_FOLDER, insert_markdown_between_markers_in_docs, markdown_table, write_csv
+from verification.tables import (
+    RESULT_TABLE_FOLDER,
+    markdown_table,
+    update_marked_tables_and_sentences_in_docs,
+    write_csv,
+)
 
 SHAKING_TEST_FOLDER: Final = Path(__file__).with_name("shakebot")
 DATE_AND_ORIENTATION_BY_TEST_FILE: Final = {
@@ -70,7 +75,7 @@ def one_cosine_cycle(pga_g: float, pgv_over_pga_s: float, sampling_interval: flo
     return Motion(along, np.zeros_like(along), sampling_interval=sampling_interval)
 
 
-def fall_shares_of_similar_stones_by_size_and_test(tests: pd.DataFrame) -> FloatArray:
+def simulate_fall_shares_by_size_and_test(tests: pd.DataFrame) -> FloatArray:
     """Return the share of stones of similar size that fall in each test, never 0 or 1: shape (sizes, tests).
 
     Stones are of similar size if B/H and height lie in a range around a centre (a neighbourhood).
@@ -138,14 +143,12 @@ def motion_name_by_test(tests: pd.DataFrame) -> np.ndarray:
     return np.array([f"{pga:g} {ratio:g}" for pga, ratio in zip(tests["pga"], tests["ratio"], strict=True)])
 
 
-def score_predictions_of_small_table_tests() -> tuple[pd.DataFrame, pd.DataFrame]:
+def score_models_and_find_likeliest_small_table_blocks() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return scores of each model on each set, with bootstrap intervals over motions, and the most likely blocks."""
     rows, blocks = [], []
     for name, label in DATE_AND_ORIENTATION_BY_TEST_FILE.items():
         tests = read_small_table_tests(name)
-        probabilities, centres = predict_each_half_from_the_other(
-            tests, fall_shares_of_similar_stones_by_size_and_test(tests)
-        )
+        probabilities, centres = predict_each_half_from_the_other(tests, simulate_fall_shares_by_size_and_test(tests))
         fell, motions = tests["fell"].to_numpy(), motion_name_by_test(tests)
         samples, motion_count = bootstrap_samples_of_test_indices(motions), np.unique(motions).size
         for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):
@@ -167,7 +170,7 @@ def score_predictions_of_small_table_tests() -> tuple[pd.DataFrame, pd.DataFrame
 
 def main() -> None:
     """Write the scores to verification/results/small-table.csv and into the docs."""
-    rows, blocks = score_predictions_of_small_table_tests()
+    rows, blocks = score_models_and_find_likeliest_small_table_blocks()
     write_csv(rows, RESULT_TABLE_FOLDER / "small-table.csv")
     lines = [
         (
@@ -181,7 +184,7 @@ def main() -> None:
         (str(one["tests"]), str(one["fitted to"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}")
         for _, one in blocks.iterrows()
     ]
-    insert_markdown_between_markers_in_docs({
+    update_marked_tables_and_sentences_in_docs({
         "small-table-scores": markdown_table(("tests", "model", *SCORE_NAMES, "fell"), lines),
         "small-table-blocks": markdown_table(("tests", "fitted to", "B/H", "H, m"), centres),
     })  # fmt: skip

@@ -19,14 +19,14 @@ from verification.stability.maps import (
     MAX_STEPS_OF_SCENE_CASE,
     SCENE_COLUMN_LONG_NAMES_AND_UNITS,
     collect_stability_map_rows,
-    simulate_and_check_block_case,
-    simulate_and_check_scene_cases,
+    simulate_block_case_and_check_outcome,
+    simulate_scene_cases_and_check_outcomes,
 )
 from verification.stability.stacks import (
     MAX_STEPS_OF_STACK_CASE,
     STACK_COLUMN_LONG_NAMES_AND_UNITS,
     generate_random_parameters_of_stack_cases,
-    simulate_and_check_stack_cases,
+    simulate_stack_cases_and_check_outcomes,
 )
 from verification.tables import write_table_as_netcdf_and_csv
 
@@ -54,7 +54,7 @@ def simulate_blocks_and_write_stability_map(
     cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": MAX_BLOCK_STEPS_PER_MAP_CASE}
     rows = collect_stability_map_rows(
-        simulate_and_check_block_case, cases, threads=threads, report_finished_and_total_count=print_progress
+        simulate_block_case_and_check_outcome, cases, threads=threads, report_finished_and_total_count=print_progress
     )
     write_table_as_netcdf_and_csv(
         rows,
@@ -75,7 +75,7 @@ def simulate_scenes_and_write_stability_map(
 ) -> None:
     """Simulate the shipped scenes with extreme parameters, check the outcomes, and write the map of stability."""
     rows = collect_stability_map_rows(
-        simulate_and_check_scene_cases,
+        simulate_scene_cases_and_check_outcomes,
         sample_parameters_of_scene_cases(settings, adversarial, seed),
         threads=threads,
         report_finished_and_total_count=print_progress,
@@ -100,7 +100,7 @@ def simulate_stacks_and_write_stability_map(
 ) -> None:
     """Simulate and check 3-D stacks of two to five stones with extreme parameters; write the map of stability."""
     rows = collect_stability_map_rows(
-        simulate_and_check_stack_cases,
+        simulate_stack_cases_and_check_outcomes,
         generate_random_parameters_of_stack_cases(settings, seed),
         threads=threads,
         report_finished_and_total_count=print_progress,

@@ -66,7 +66,7 @@ class BlockCaseOfNumericalStabilityMap:
         return {_COLUMN_BY_PARAMETER.get(name, name): value for name, value in vars(self).items()}
 
     @property
-    def time_step_argument(self) -> str:
+    def time_step_argument_of_run_cases(self) -> str:
         """Time step as an argument of `run_cases`: "auto", or a fraction of the longest stable step."""
         return (
             "auto"
@@ -307,7 +307,9 @@ def _draw_parameters_of_scene_cases(
     )
 
 
-def scene_with_contact_law_of_case_parameters(setting: ParametersOfSceneCases, project_folder: Path = Path()) -> Scene:
+def load_scene_with_case_density_and_contact_law(
+    setting: ParametersOfSceneCases, project_folder: Path = Path()
+) -> Scene:
     """Load the scene of the given parameters, and return it with their density and contact law."""
     scene, case = load_scene(setting.scene_name, project_folder), setting.common_parameters
     damping = (

@@ -43,7 +43,7 @@ _DIMENSIONLESS_GROUPS_X_AND_Y_BY_PANEL: Final = (
 _BIN_COUNT_PER_DIMENSIONLESS_GROUP: Final = 24
 
 
-def draw_block_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
+def draw_block_outcomes_over_dimensionless_groups(rows: pd.DataFrame, path: Path) -> None:
     """Draw every case of single blocks as a point over four pairs of dimensionless groups.
 
     Values outside a panel are drawn at its edge.
@@ -60,7 +60,7 @@ def draw_block_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
         save_figure_files(figure, path)
 
 
-def draw_scene_outcomes_as_points(rows: pd.DataFrame, path: Path) -> None:
+def draw_scene_outcomes_over_dimensionless_groups(rows: pd.DataFrame, path: Path) -> None:
     """Draw each scene's cases: acceleration over rocking threshold against each of three dimensionless groups."""
     import matplotlib.pyplot as plt
 

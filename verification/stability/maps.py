@@ -36,8 +36,8 @@ from verification.stability.cases import (
     ORIGINAL_PAPER_DASHPOT_N_S_PER_M,
     BlockCaseOfNumericalStabilityMap,
     ParametersOfSceneCases,
+    load_scene_with_case_density_and_contact_law,
     motion_of_case,
-    scene_with_contact_law_of_case_parameters,
 )
 from verification.stability.checks import (
     StabilityCheckVerdict,
@@ -116,7 +116,7 @@ def contact_law_of_block_case(case: BlockCaseOfNumericalStabilityMap) -> Contact
     return Contact(stiffness=case.normal_stiffness_per_corner, damping_ratio=case.heave_damping_ratio)
 
 
-def simulate_and_check_block_case(
+def simulate_block_case_and_check_outcome(
     case: BlockCaseOfNumericalStabilityMap,
     case_index_and_noise_seed: int,
     max_block_steps: int = MAX_BLOCK_STEPS_PER_MAP_CASE,
@@ -135,7 +135,11 @@ def simulate_and_check_block_case(
     row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
     row |= _dimensionless_groups_of_block(case, contact, motion)
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
-    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step_argument, "budget": max_block_steps}
+    given: dict[str, Any] = {
+        "scheme": case.scheme,
+        "time_step": case.time_step_argument_of_run_cases,
+        "budget": max_block_steps,
+    }
     try:
         found = run_cases(motion, cases, gravestone(contact, case.density), **given)
     except ArgumentError as error:
@@ -191,7 +195,7 @@ def _ratio_of_time_step_to_stable_step(
         per_sample = float(
             steps_per_sample(
                 scheme,
-                case.time_step_argument,
+                case.time_step_argument_of_run_cases,
                 largest_spring_eigenvalue_of_case,
                 largest_dashpot_eigenvalue,
                 sampling_interval,
@@ -211,7 +215,7 @@ def _ratio_of_time_step_to_stable_step(
     )
 
 
-def simulate_and_check_scene_cases(
+def simulate_scene_cases_and_check_outcomes(
     setting: ParametersOfSceneCases, setting_index_as_noise_seed: int, project_folder: Path = Path()
 ) -> dict[str, NDArray[Any]]:
     """Run the cases of a scene setting and check their outcomes.
@@ -223,7 +227,7 @@ def simulate_and_check_scene_cases(
     """
     case = setting.common_parameters
     scene, motion = (
-        scene_with_contact_law_of_case_parameters(setting, project_folder),
+        load_scene_with_case_density_and_contact_law(setting, project_folder),
         motion_of_case(setting.common_parameters, setting_index_as_noise_seed),
     )
     ratio = reference_element_height_and_b_over_h(scene)[1] * case.b_over_h
@@ -249,7 +253,7 @@ def simulate_and_check_scene_cases(
         )
         numerics = NumericalOptions(
             scheme=case.scheme,
-            time_step=case.time_step_argument,
+            time_step=case.time_step_argument_of_run_cases,
             budget=ELEMENT_STEP_COST_IN_BLOCK_STEPS * budget * len(scene.free_element_names),
             general=True,
         )
@@ -316,9 +320,9 @@ def collect_stability_map_rows(
     threads: int = 1,
     report_finished_and_total_count: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:
-    """Apply a function, such as `simulate_and_check_block_case`, to each item and its index; return the rows in order.
+    """Apply a function to each item and its index; return the rows in order.
 
-    A setting of several cases gives columns of several rows.
+    An example is `simulate_block_case_and_check_outcome`. A setting of several cases gives columns of several rows.
     """
     found: list[dict[str, Any]] = []
     with ThreadPoolExecutor(max_workers=threads) as pool:

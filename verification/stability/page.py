@@ -66,7 +66,7 @@ def _outcome_count_table(
     return markdown_table((first_column_header, "cases", *_OUTCOME_COLUMN_HEADERS), lines)
 
 
-def _paragraph_on_energy_refusals_and_silent_errors(rows: pd.DataFrame, check_count_in_words: str = "six") -> str:
+def _paragraph_on_energy_error_refusals_silent_errors(rows: pd.DataFrame, check_count_in_words: str = "six") -> str:
     """Return a paragraph on energy errors, refused inputs, and wrong outcomes without a warning."""
     energy = rows["energy_error"][rows["ending"] == StabilityCheckVerdict.ALL_CHECKS_HOLD]
     reasons = rows["reason"][rows["ending"] == StabilityCheckVerdict.ARGUMENT_REFUSED].value_counts().sort_index()
@@ -88,7 +88,7 @@ def _block_outcome_tables(rows: pd.DataFrame) -> str:
     by_motion = _outcome_count_table("motion", kinds, rows)
     by_penetration = _outcome_share_table_by_penetration(rows, (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf))
     budget = f"The table counts {len(rows)} cases; each of them may use at most {rows.attrs['budget']:.3g} time steps."
-    paragraph = wrap_text(f"{budget} {_paragraph_on_energy_refusals_and_silent_errors(rows)}")
+    paragraph = wrap_text(f"{budget} {_paragraph_on_energy_error_refusals_silent_errors(rows)}")
     return f"{by_motion}\n\n{paragraph}\n\n{by_penetration}"
 
 
@@ -113,7 +113,7 @@ def _scene_outcome_table(rows: pd.DataFrame) -> str:
     summary = (
         f"The table counts {len(rows)} cases of scenes. A case may use at most {rows.attrs['budget']:.3g} time steps, "
         f"or {rows.attrs['adversarial_budget']:.3g} time steps under adversarial motions (chosen to make the program "
-        f"fail). {_paragraph_on_energy_refusals_and_silent_errors(rows)} "
+        f"fail). {_paragraph_on_energy_error_refusals_silent_errors(rows)} "
         f"The {len(compared)} cases of gravestones that do not slide off the ground were also run with the program for "
         f"single blocks; the flags of the two programs differ in {(compared == 0).sum()} of these cases."
     )
@@ -133,7 +133,8 @@ def _stack_outcome_tables_by_motion_and_stone_count(rows: pd.DataFrame) -> str:
     falls = rows["vertical"] > 1.0
     summary = (
         f"The tables count {len(rows)} cases with at most {rows.attrs['budget']:.3g} time steps each. "
-        f"{_paragraph_on_energy_refusals_and_silent_errors(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of the "
+        f"{_paragraph_on_energy_error_refusals_silent_errors(rows, 'nine')} In {int((rows['fallen'] > 0).sum())} of "
+        f"the "
         f"cases at least "
         f"one stone of the stack falls; in {int((rows['fallen'] > 1).sum())} of these cases, more than one falls. "
         f"The ground accelerates downwards by more than 1 g in {_percent_text(falls[unstable])} of the "

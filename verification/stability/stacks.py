@@ -255,7 +255,7 @@ def name_of_first_failed_stack_check(
     return ""
 
 
-def simulate_and_check_stack_cases(
+def simulate_stack_cases_and_check_outcomes(
     setting: ParametersOfStackCases, setting_index_as_noise_seed: int
 ) -> dict[str, NDArray[Any]]:
     """Run the cases of a stack setting and check their outcomes.

@@ -35,7 +35,7 @@ def mask_of_finer_step_rows_at_default_stiffness(
     return (rows["cases_of"] == f"records, {sliding_or_rocking_blocks}") & (rows["against"] == "finer step") & own
 
 
-def convergence_orders(
+def fit_convergence_orders_by_measure_and_scheme(
     rows: pd.DataFrame,
     max_and_min_step_to_stable_step: tuple[float, float] = MAX_AND_MIN_STEP_TO_STABLE_STEP_IN_ORDER_FIT,
 ) -> dict[str, float]:
@@ -62,9 +62,9 @@ def markdown_by_marker(
 ) -> dict[str, str]:
     """Return the tables of error against run time as Markdown, by marker."""
     return {
-        "steps": _step_error_table(rows),
+        "steps": _scheme_error_table_against_finer_step(rows),
         "orders": _convergence_order_table(
-            convergence_order_by_measure_and_scheme, convergence_orders(rows, (1.0, 0.0))
+            convergence_order_by_measure_and_scheme, fit_convergence_orders_by_measure_and_scheme(rows, (1.0, 0.0))
         ),
         "stiffness": _stiffness_error_table(rows),
         "rigid": _table_of_errors_against_rigid_solutions(rows),
@@ -166,7 +166,7 @@ def table_of_least_time_by_share_of_equal_outcomes(rows: pd.DataFrame) -> str:
     )
 
 
-def _step_error_table(rows: pd.DataFrame) -> str:
+def _scheme_error_table_against_finer_step(rows: pd.DataFrame) -> str:
     """Return the table of errors of both schemes against a far finer step."""
     chosen = rows[
         (
@@ -226,7 +226,7 @@ def _table_of_errors_against_rigid_solutions(rows: pd.DataFrame) -> str:
         lines.append((
             at.cases_of,
             _text_marked_if_default_setting(at, at.method),
-            _time_step_or_order_label(at),
+            _time_step_or_taylor_order_label(at),
             "–" if engine else f"{at.penetration_ratio:.0e}",
             f"{at.seconds_per_case:.2g}",
             _share_with_interval(at.wrong_flags, at.cases) if counted else "–",
@@ -237,7 +237,7 @@ def _table_of_errors_against_rigid_solutions(rows: pd.DataFrame) -> str:
     return markdown_table(head, lines)
 
 
-def _time_step_or_order_label(error_row: Any) -> str:
+def _time_step_or_taylor_order_label(error_row: Any) -> str:
     """Return the label of a time step or order."""
     if error_row.method == "exact":
         return f"order {error_row.step_fraction:g}"

@@ -154,7 +154,7 @@ def wrong_flag_and_side_counts(flags: Flags, reference_flags: Flags) -> ErrorTab
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 
-def scheme_and_step_settings(
+def scheme_settings_for_each_time_step(
     min_step_to_stable_step_ratio: float = 0.0, includes_finest_step: bool = True
 ) -> Iterator[SchemeStepAndPenetration]:
     """Yield both schemes with each time step above a share of the stable one, with or without the finest."""
@@ -196,7 +196,7 @@ def measure_errors_against_finer_steps(sliding_or_rocking_blocks: str) -> Iterat
     )
     where = boundaries_between_falling_and_standing_cases(groups, right[0], MAX_FALL_BOUNDARIES_PER_RECORD)
     near, exact = boundary_b_over_h_by_usual_and_finest_numerics(groups, where, {}, finest.run_cases_arguments)
-    for setting in scheme_and_step_settings():
+    for setting in scheme_settings_for_each_time_step():
         thin = setting.time_step_to_stable_step_ratio < THINNED_BELOW_STEP_TO_STABLE_STEP_RATIO
         found, columns = setting.run_and_measure_cost_per_case(few if thin else groups)
         columns |= error_table_columns(found, right_few if thin else right)
@@ -257,7 +257,7 @@ def measure_energy_balance() -> Iterator[ErrorTableRow]:
         for kind in ("sliding", "rocking")
         for part in groups_with_every_nth_case(block_case_groups_under_records(kind), 6)
     ]
-    for setting in scheme_and_step_settings(includes_finest_step=False):
+    for setting in scheme_settings_for_each_time_step(includes_finest_step=False):
         found = run_case_groups(groups, **setting.run_cases_arguments).results
         simulated = found.status == 0
         residual = float(np.mean(found.energy_error[simulated]))
@@ -313,7 +313,7 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
     ]
     for name, every in non_sliding_block_groups_by_set().items():
         groups, right = amplitude_robust_cases_and_their_outcomes(every)
-        for setting in (*scheme_and_step_settings(0.05), *others):
+        for setting in (*scheme_settings_for_each_time_step(0.05), *others):
             found, spent = setting.run_and_measure_cost_per_case(groups)
             common = counts_of_all_and_wrong_cases_engines_simulate(name, groups, found.overturned, right[0])
             yield setting.error_table_row(name, "rigid rocking", **spent, **error_table_columns(found, right), **common)
@@ -356,7 +356,7 @@ def measure_peak_slip_errors_against_exact_block() -> Iterator[ErrorTableRow]:
         for index in range(group.cases.case_count)
     ])  # fmt: skip
     moved = exact > 1e-3
-    for setting in scheme_and_step_settings(includes_finest_step=False):
+    for setting in scheme_settings_for_each_time_step(includes_finest_step=False):
         found, spent = setting.run_and_measure_cost_per_case(groups)
         error = float(np.max(np.abs(found.peak_slip[moved].astype(np.float64) / exact[moved] - 1.0)))
         yield setting.error_table_row(

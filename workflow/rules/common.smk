@@ -24,7 +24,7 @@ from overturning.study.grounds import (
 from overturning.study.preflight import (
     find_record_rows_and_files,
     check_soil_curve_package,
-    check_records_and_collect_notes,
+    read_and_process_records_and_collect_notes,
     check_results_folder_is_writable,
     estimate_and_check_study_size,
     estimate_job_seconds_by_workflow_rule,
@@ -122,7 +122,7 @@ def load_study_and_records():
             # A report of existing results does not need the packages that computed them.
             if (study.site and new) or not all(path.is_file() for path in surface):
                 check_soil_curve_package(study, where)
-            check_records_and_collect_notes(study, new)
+            read_and_process_records_and_collect_notes(study, new)
         return study, entries, files
     except OverturningError as error:
         raise WorkflowError(str(error)) from None

@@ -77,7 +77,7 @@ class ForkServer:
         while going_on or self._running_step_by_process_id:
             for key, _ in self._selector.select():
                 if key.fileobj is self._listener:
-                    self._fork_process_for_workflow_step()
+                    self._accept_request_and_fork_workflow_step()
                 elif key.fileobj is ended_step:
                     ended_step.recv(4096)
                     self._store_resource_use_and_send_exit_statuses()
@@ -88,7 +88,7 @@ class ForkServer:
                     self._selector.unregister(key.fileobj)
                     os.kill(key.data, signal.SIGKILL)
 
-    def _fork_process_for_workflow_step(self) -> None:
+    def _accept_request_and_fork_workflow_step(self) -> None:
         """Accept a client's request to run a workflow step, and fork a copy of this process that runs it."""
         connection = self._listener.accept()[0]
         connection.settimeout(_REQUEST_TIMEOUT_S)

@@ -40,7 +40,7 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
     from overturning.records.duplicates import (
         duplicate_record_messages,
         find_id_pairs_of_duplicate_records,
-        motion_fingerprint,
+        fingerprint_of_recorded_motion,
     )
     from overturning.records.earthquakes import assign_records_to_earthquakes
 
@@ -55,7 +55,9 @@ def check_record_files(paths: RecordPathsArgument, file_options: RecordFileOptio
         for f in findings
         if f.record_after_default_processing is not None
     ]
-    for text in duplicate_record_messages(find_id_pairs_of_duplicate_records(map(motion_fingerprint, named))):
+    for text in duplicate_record_messages(
+        find_id_pairs_of_duplicate_records(map(fingerprint_of_recorded_motion, named))
+    ):
         typer.echo(text)
     read = sum(f.unprocessed_record is not None for f in findings)
     if no_records := names_of_files_skipped_by_name(paths):

@@ -68,11 +68,11 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
     from overturning.study.grounds import check_soil_sites_occur_in_survey_table
     from overturning.study.load import read_unvalidated_study_content, study_from_content
     from overturning.study.preflight import (
-        check_records_and_collect_notes,
         check_soil_curve_package,
         estimate_and_check_study_size,
         find_record_rows_and_files,
         notes_if_primary_statistic_is_unavailable,
+        read_and_process_records_and_collect_notes,
     )
     from overturning.study.sections import read_scan_of_body
     from overturning.surveys.prediction import note_on_b_over_h_far_outside_study
@@ -95,7 +95,7 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
             notes = [*notes, *note_on_b_over_h_far_outside_study(stones, study.b_over_h, survey.stones)]
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (
-        *check_records_and_collect_notes(study, entries),
+        *read_and_process_records_and_collect_notes(study, entries),
         *notes_if_primary_statistic_is_unavailable(study, entries),
     ):
         print(note)

@@ -171,13 +171,13 @@ def _compare_survey_with_cubes_and_write_results(
         )
         return
     comparison = compare_survey_with_prediction(
-        survey_table.counted_stones,
+        survey_table.fallen_and_standing_stones,
         default,
         results_cube_by_site=cubes,
         random_outcome_stone_share=random_outcome_stone_share,
     )
     parts = {
-        one: survey_table.select_site(one).counted_stones
+        one: survey_table.select_site(one).fallen_and_standing_stones
         for one in survey_table.site_names
         if len(survey_table.site_names) > 1
     }
@@ -250,7 +250,7 @@ def _compare_falls_shifts_and_twists_and_write_results(
                 ),
             )
             for site, part in parts.items()
-            if part.counted_stones
+            if part.fallen_and_standing_stones
         ),
         soil_by_site=tuple(grounds.items()),
     )
@@ -319,7 +319,7 @@ def infer_motion_from_survey(
     from overturning.report.filters import format_count_with_noun
     from overturning.study.preflight import format_duration
     from overturning.surveys.inversion import SurveyInversion
-    from overturning.surveys.library import candidate_motions, read_records_and_make_ids_unique
+    from overturning.surveys.library import candidate_motions, read_records_with_paths_as_duplicate_ids
     from overturning.surveys.posterior import write_inversion_result
     from overturning.surveys.responses import (
         StoneOutcomeProbabilities,
@@ -337,7 +337,7 @@ def infer_motion_from_survey(
     for note in (*notes, *doubts, *note_on_stones_simulated_with_smaller_d_over_b(rows)):
         print(note)
     library = candidate_motions(
-        read_records_and_make_ids_unique(motion_files or ()), only_user_records=only_given_motions
+        read_records_with_paths_as_duplicate_ids(motion_files or ()), only_user_records=only_given_motions
     )
     cases, seconds = count_cases_to_simulate_and_estimate_time_s(library, kinds)
     if cases:
@@ -392,12 +392,12 @@ def print_survival_probability(
     from overturning.findings.standing import survival_findings
     from overturning.surveys.standing import (
         read_fragility_curves,
-        read_hazard_curves,
+        read_hazard_curves_by_intensity_measure,
         survival_probability_by_stone_class,
     )
     from overturning.surveys.stones import read_fallen_and_standing_stones_notes_and_warnings
 
-    curves, hazards = read_fragility_curves(fragility), read_hazard_curves(hazard)
+    curves, hazards = read_fragility_curves(fragility), read_hazard_curves_by_intensity_measure(hazard)
     rows, notes, _ = (None, [], []) if stones is None else read_fallen_and_standing_stones_notes_and_warnings(stones)
     for note in notes:
         print(note)

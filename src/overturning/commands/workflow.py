@@ -296,7 +296,7 @@ def draw_figures_of_study(
         )
 
 
-def simulate_and_draw_illustrative_cases(
+def choose_rerun_and_draw_illustrative_cases(
     cube: CubePathOption,
     motions: MotionFolderOption,
     output: FigureFolderOption,
@@ -357,7 +357,7 @@ WORKFLOW_STEPS_BY_COMMAND: dict[str, Callable[..., None]] = {
     "fragility": fit_fragility,
     "record-figures": draw_figures_of_records,
     "figures": draw_figures_of_study,
-    "illustrative": simulate_and_draw_illustrative_cases,
+    "illustrative": choose_rerun_and_draw_illustrative_cases,
     "report": write_study_report,
     "crate": write_research_data_package,
 }

@@ -101,7 +101,7 @@ class SimulationPlan(ABC):
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
     @cached_property
-    def max_horizontal_and_vertical_by_rest_check_m_s2(self) -> tuple[FloatArray, FloatArray]:
+    def max_base_accelerations_after_rest_checks_m_s2(self) -> tuple[FloatArray, FloatArray]:
         """Largest unscaled horizontal and vertical base accelerations ahead at each rest check, m/s²: two arrays."""
         across = (
             np.abs(self.base_accelerations_by_direction)
@@ -118,7 +118,7 @@ class SimulationPlan(ABC):
             up, interval
         )
 
-    def results_before_simulation(self) -> CaseResults:
+    def initial_results_at_rest_or_missing(self) -> CaseResults:
         """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
         results = CaseResults.of_unmoved_cases(
             self.model.outcome_variables, self.cases.case_count, len(self.model.free_element_names)
@@ -129,7 +129,7 @@ class SimulationPlan(ABC):
         )
         return results
 
-    def simulate_cases_of_group(
+    def simulate_group_with_reruns_on_energy_error(
         self,
         case_numbers: NDArray[np.int64],
         counter_of_block_steps_done: NDArray[np.int64],
@@ -182,7 +182,7 @@ class SimulationPlan(ABC):
         The trajectory continues for `simulated_time_after_outcome_s` seconds after the outcome is known.
         """
         results, path, only = (
-            self.results_before_simulation(),
+            self.initial_results_at_rest_or_missing(),
             self.create_trajectory_buffer(is_recorded=True),
             np.zeros(1, np.int64),
         )
@@ -191,7 +191,7 @@ class SimulationPlan(ABC):
             path = path[:0]
         else:
             before = int(self.first_simulated_sample[0])
-            outcomes, path = self.simulate_cases_of_group(only, np.zeros(1, np.int64), path)
+            outcomes, path = self.simulate_group_with_reruns_on_energy_error(only, np.zeros(1, np.int64), path)
             results.store_outcomes(only, outcomes)
             if simulated_time_after_outcome_s > 0.0:
                 path = self.extend_trajectory_rows_of_scene_or_stack(
@@ -264,7 +264,7 @@ class SimulationPlan(ABC):
             BaseAccelerationsAndMaximaInWindowAhead(
                 self.base_accelerations_by_direction,
                 self.unscaled_upward_acceleration,
-                *self.max_horizontal_and_vertical_by_rest_check_m_s2,
+                *self.max_base_accelerations_after_rest_checks_m_s2,
             ),
             self.motion_row_by_case[case_numbers],
         )

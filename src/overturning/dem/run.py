@@ -91,7 +91,7 @@ def simulate_cases(
         distributed: CaseResults = simulate_cases_on_cluster(partial(simulate_cases, model), motion, cases, numerics)
         return distributed
     plan = plan_simulation(model, motion, cases, numerics)
-    results = plan.results_before_simulation()
+    results = plan.initial_results_at_rest_or_missing()
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~plan.stays_at_rest & ~plan.has_too_soft_contacts)
     length = plan.steps_per_sample[moving] * np.maximum(motion.sample_count - plan.first_simulated_sample[moving], 1)
@@ -100,7 +100,7 @@ def simulate_cases(
 
     def simulate_case_group(case_numbers: NDArray[np.int64]) -> None:
         """Simulate the cases with these indices and store their outcomes."""
-        results.store_outcomes(case_numbers, plan.simulate_cases_of_group(case_numbers, counter)[0])
+        results.store_outcomes(case_numbers, plan.simulate_group_with_reruns_on_energy_error(case_numbers, counter)[0])
 
     case_groups = split_into_case_groups(order, plan.parallel_group_by_case, plan.shares_long_queue_between_two_threads)
     simulate_groups_in_threads(

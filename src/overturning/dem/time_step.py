@@ -162,13 +162,14 @@ def longest_stable_or_accurate_step(
             + two_xi_omega_of_highest_mode
         )
     return (
-        2.0 * inverse_contact_frequency_reduced_by_damping(omega_squared_of_highest_mode, two_xi_omega_of_highest_mode)
+        2.0
+        * inverse_contact_frequency_reduced_at_high_damping(omega_squared_of_highest_mode, two_xi_omega_of_highest_mode)
         if block_rocking_time_constant_by_case_s is None
         else MAX_STEP_OVER_ROCKING_TIME_CONSTANT * block_rocking_time_constant_by_case_s
     )
 
 
-def inverse_contact_frequency_reduced_by_damping(
+def inverse_contact_frequency_reduced_at_high_damping(
     omega_squared_of_highest_mode: FloatArray, two_xi_omega_of_highest_mode: FloatArray
 ) -> FloatArray:
     """Return 1/ω of the highest contact mode, s, times ξ₀/ξ if its damping ratio ξ exceeds ξ₀.

@@ -110,7 +110,7 @@ def fault_normal_alignment_by_earthquake_figure(
     return figure
 
 
-def fall_alignment_with_references_figure(
+def fall_alignment_with_reference_axes_figure(
     alignment_by_group_and_reference: Mapping[str, Mapping[str, PlottedEstimate]],
 ) -> Figure:
     """Draw the alignment of falls with several reference directions, with intervals, one marker per group of records.

@@ -13,7 +13,12 @@ from overturning.figures.cells import (
     panel_row_and_column_counts,
 )
 from overturning.figures.compass import b_over_h_ring_labels, create_compass_grid
-from overturning.figures.style import SERIES_COLOURS, SERIES_LINE_STYLES, add_title_and_legend, mark_fault_normal
+from overturning.figures.style import (
+    SERIES_COLOURS,
+    SERIES_LINE_STYLES,
+    add_title_and_legend,
+    mark_fault_normal_on_polar_rim,
+)
 from overturning.labels import friction_label
 
 
@@ -74,7 +79,7 @@ def overturning_boundary_figure(
             1.04 * largest_simulated_b_over_h, rings, leaves_room_for_rim_marks=bool(marked), has_spokes=True
         )
         _draw_overturning_boundary(axes, loaded.sel(height=height), largest_simulated_b_over_h)
-        mark_fault_normal(axes, fault_normal_deg)
+        mark_fault_normal_on_polar_rim(axes, fault_normal_deg)
         axes.write_title(f"H = {height:g} m", 10.0)
     look: dict[str, Any] = {"color": "#555555", "marker": "^", "linestyle": "none", "markersize": 4}
     marks = [Line2D([], [], label="falls at the largest B/H of known outcome", **look)]

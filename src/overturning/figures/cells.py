@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import azimuths_one_step_into_unsimulated_gaps
+from overturning.figures.style import gap_azimuths_one_step_from_simulated_ones
 from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.falls import cube_with_opposite_azimuths
@@ -22,7 +22,7 @@ def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     `azimuths_simulated_or_known_by_symmetry_deg`.
     """
     whole = cube_with_opposite_azimuths(cube)
-    unknown = azimuths_one_step_into_unsimulated_gaps(whole["azimuth"].to_numpy())
+    unknown = gap_azimuths_one_step_from_simulated_ones(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
 
@@ -50,7 +50,7 @@ def trim_rings_without_falls_except_innermost(cube: xr.Dataset, *falls: xr.DataA
 def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
     """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next larger one."""
 
-    def has_possible_fall_by_b_over_h(fall_flags_or_probabilities: xr.Variable) -> xr.Variable:
+    def has_fall_or_unknown_outcome_by_b_over_h(fall_flags_or_probabilities: xr.Variable) -> xr.Variable:
         """Return, for each B/H (a ring of the map), True if a block may fall."""
         computed = fall_flags_or_probabilities.notnull().any(
             [name for name in fall_flags_or_probabilities.dims if name not in {"azimuth", "orientation"}]
@@ -61,7 +61,7 @@ def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
 
     rings = falls[0].sizes["b_over_h"]
     # Variables have no coordinates, which need not be compared at each operation.
-    last = np.flatnonzero(sum(has_possible_fall_by_b_over_h(one.variable) for one in falls))
+    last = np.flatnonzero(sum(has_fall_or_unknown_outcome_by_b_over_h(one.variable) for one in falls))
     return min(int(last[-1]) + 2, rings) if last.size else rings
 
 
@@ -105,7 +105,7 @@ def symmetric_polar_curve_angles_rad_and_radii(
     The curve has NaN across gaps between azimuths that were not simulated.
     """
     both = np.concatenate([simulated_azimuths_deg, simulated_azimuths_deg + 180.0]) % 360.0
-    around = np.concatenate([both, azimuths_one_step_into_unsimulated_gaps(both)])
+    around = np.concatenate([both, gap_azimuths_one_step_from_simulated_ones(both)])
     unknown = np.full(around.size - both.size, np.nan)
     order = np.argsort(around, kind="stable")
     theta, closed = np.radians(around[order]), np.concatenate([radius_by_azimuth, radius_by_azimuth, unknown])[order]

@@ -85,7 +85,7 @@ def check_has_fall_alignment(
         )
 
 
-def check_has_outcomes_and_motion(cube: xr.Dataset, intensity_measures: xr.Dataset) -> None:
+def check_has_outcomes_and_nonzero_motion(cube: xr.Dataset, intensity_measures: xr.Dataset) -> None:
     """Raise an ArgumentError if no case of a results cube has an outcome, or if all its input motions are zero."""
     check_has_outcomes(cube, "plane")
     check_ground_moves(float(intensity_measures["pga"].max()), "plane")

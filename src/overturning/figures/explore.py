@@ -39,7 +39,7 @@ from overturning.figures.style import (
 )
 from overturning.files import write_text
 from overturning.labels import variant_label_in_list_if_not_nominal
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.study.cube import (
@@ -95,7 +95,10 @@ def explorer_page_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = default_model_for_results_cube(cube), find_study_with_title_and_figure_settings(cube, study)
+    model, study = (
+        default_model_of_same_kind_as_results_cube(cube),
+        find_study_with_title_and_figure_settings(cube, study),
+    )
     degrees = _is_rotation_in_degrees_by_element(cube, one.sizes["element"])
     turn_steps = [
         ENCODED_ROTATION_STEP_DEG if one_in_degrees else ENCODED_ROTATION_STEP_IN_CRITICAL_ANGLES
@@ -237,7 +240,7 @@ def _list_with_note_on_size_reference_element(cube: "xr.Dataset") -> list[str]:
 def _is_rotation_in_degrees_by_element(cube: "xr.Dataset", element_count: int) -> list[bool]:
     """Return, per scene element, True if its rotation is in degrees, False if it is a share of its critical angle."""
     if "critical_angle" not in cube:
-        return element_count * [not default_model_for_results_cube(cube).is_planar]
+        return element_count * [not default_model_of_same_kind_as_results_cube(cube).is_planar]
     unknown = cube["critical_angle"].isnull()
     return list(np.atleast_1d(unknown.any([name for name in unknown.dims if name != "element"]).to_numpy()).tolist())
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.model.status import CaseStatus
 
@@ -51,33 +51,35 @@ def encode_outcomes_of_record(
 
     Rotations are multiples of the step of each scene element (`rotation_encoding_step_by_element`).
     """
-    model = default_model_for_results_cube(record_cube)
+    model = default_model_of_same_kind_as_results_cube(record_cube)
     order = (model.direction_dimension_name, "height", "b_over_h", "aspect", "friction", "element")
 
-    def transpose_to_page_order(one_record_cube_variable: "xr.DataArray") -> FloatArray:
+    def transpose_to_explorer_page_dimension_order(one_record_cube_variable: "xr.DataArray") -> FloatArray:
         """Return the values of a variable in the order of dimensions that the page expects."""
         return np.asarray(
             one_record_cube_variable.variable.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64
         )
 
-    flag = transpose_to_page_order(record_cube["overturned"])
+    flag = transpose_to_explorer_page_dimension_order(record_cube["overturned"])
     ensemble = ensemble_fall_or_fall_towards_probability(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
     known = (
         towards_and_away_probabilities if ensemble is None else towards_and_away_probabilities.where(ensemble.notnull())
     )
-    time = transpose_to_page_order(record_cube["overturning_time"])
+    time = transpose_to_explorer_page_dimension_order(record_cube["overturning_time"])
     time_step = max(
         _MIN_ENCODED_OVERTURNING_TIME_RESOLUTION_S, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1)
     )  # 16 bits must hold it
     cells = {
         "flag": _encode_array_as_base64(
             np.where(
-                np.isnan(flag), transpose_to_page_order(_display_codes_of_cases_without_outcome(record_cube)), flag
+                np.isnan(flag),
+                transpose_to_explorer_page_dimension_order(_display_codes_of_cases_without_outcome(record_cube)),
+                flag,
             ).astype("i1")
         ),
         "rotation": _encode_multiples_of_step_as_base64(
-            transpose_to_page_order(
+            transpose_to_explorer_page_dimension_order(
                 record_cube[_ROTATION_VARIABLE_BY_DIRECTION_DIMENSION[model.direction_dimension_name]]
             ),
             np.asarray(rotation_encoding_step_by_element),
@@ -87,7 +89,7 @@ def encode_outcomes_of_record(
         "timeStep": time_step,
         **{
             name: _encode_multiples_of_step_as_base64(
-                _keep_intermediate_probabilities_off_0_and_1(transpose_to_page_order(known[name])),
+                _keep_intermediate_probabilities_off_0_and_1(transpose_to_explorer_page_dimension_order(known[name])),
                 1 / ENCODED_PROBABILITY_STEP_COUNT,
                 "u1",
             )
@@ -96,7 +98,7 @@ def encode_outcomes_of_record(
     }
     if not model.is_planar:
         cells["azimuth"] = _encode_multiples_of_step_as_base64(
-            transpose_to_page_order(record_cube["fall_azimuth"]), ENCODED_AZIMUTH_STEP_DEG, "<u2"
+            transpose_to_explorer_page_dimension_order(record_cube["fall_azimuth"]), ENCODED_AZIMUTH_STEP_DEG, "<u2"
         )
     return cells
 
@@ -171,7 +173,10 @@ def choose_initial_explorer_case(
     directions_close_full_circle : bool
         True if the last direction is next to the first one.
     """
-    order = (default_model_for_results_cube(cells_by_direction_and_b_over_h).direction_dimension_name, "b_over_h")
+    order = (
+        default_model_of_same_kind_as_results_cube(cells_by_direction_and_b_over_h).direction_dimension_name,
+        "b_over_h",
+    )
     ensemble = ensemble_fall_or_fall_towards_probability(cells_by_direction_and_b_over_h)
     chance = np.nan_to_num(
         explorer_probabilities_towards_and_away(cells_by_direction_and_b_over_h)["towards"]

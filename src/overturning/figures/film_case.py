@@ -42,19 +42,17 @@ def film_title_facts(
     }
     if isinstance(model, Body):
         return FilmTitleFacts(
-            **_stone_kind_and_size_in_title_of_body(
-                model.shape, width, block_size_and_friction_by_name.get("aspect", 1.0)
-            ),
+            **_title_fields_for_stone_of_body(model.shape, width, block_size_and_friction_by_name.get("aspect", 1.0)),
             is_3d=True,
             **given,
         )
     if isinstance(model, Stack):
-        return FilmTitleFacts(**(given | _stone_and_friction_in_title_of_scene(model.scene)), is_3d=True)
+        return FilmTitleFacts(**(given | _title_fields_for_stone_of_scene(model.scene)), is_3d=True)
     assert isinstance(model, PlanarModel)
-    return FilmTitleFacts(**(given | _stone_and_friction_in_title_of_scene(model.scene)))
+    return FilmTitleFacts(**(given | _title_fields_for_stone_of_scene(model.scene)))
 
 
-def _stone_and_friction_in_title_of_scene(scene: Scene) -> dict[str, Any]:
+def _title_fields_for_stone_of_scene(scene: Scene) -> dict[str, Any]:
     """Return fields of `FilmTitleFacts`: kind and name of a scene's stone; and friction None if the scene sets it."""
     own = {} if scene.has_contact_with_unset_friction else {"friction": None}
     if scene.can_use_single_block_kernel and scene.name == "gravestone":
@@ -67,7 +65,7 @@ def _stone_and_friction_in_title_of_scene(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _stone_kind_and_size_in_title_of_body(shape: Shape, width_m: float, depth_to_width_ratio: float) -> dict[str, Any]:
+def _title_fields_for_stone_of_body(shape: Shape, width_m: float, depth_to_width_ratio: float) -> dict[str, Any]:
     """Return fields of `FilmTitleFacts`: kind of a 3-D body, and depth of an oblong one or side count of a prism."""
     if isinstance(shape, RectangularPrism):
         return (

@@ -72,7 +72,7 @@ def _element_poses_by_time(trajectory: "xr.Dataset", element_index: int) -> Floa
     return np.stack([trajectory[name].to_numpy()[:, element_index] for name in ("x", "z", "rotation")], axis=1)
 
 
-def _times_and_poses_until_fallen_block_lies(
+def _times_and_poses_with_added_lying_pose(
     trajectory: "xr.Dataset", element_index: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return times (s) and poses (x, z, rotation) of a scene element, with a last pose in which a fallen block lies.
@@ -120,7 +120,7 @@ def _film_bodies_of_scene(
     for index, name in enumerate(trajectory["element"].to_numpy()):
         shape, is_free = vertices[index][np.isfinite(vertices[index, :, 0])], index in free
         clock, poses = (
-            _times_and_poses_until_fallen_block_lies(trajectory, index)
+            _times_and_poses_with_added_lying_pose(trajectory, index)
             if is_free
             else (trajectory["time"].to_numpy(), _element_poses_by_time(trajectory, index))
         )
@@ -157,13 +157,16 @@ def _contact_points_and_forces(
     ever = np.isfinite(place).any(axis=(0, 2))
     if not ever.any():
         return None, None
-    force, place = _fill_missing_with_last_known(force[:, ever]), _fill_missing_with_last_known(place[:, ever])
+    force, place = (
+        _fill_missing_with_last_or_first_known(force[:, ever]),
+        _fill_missing_with_last_or_first_known(place[:, ever]),
+    )
     # Use the last sample up to each frame; the player interpolates between frames.
     at = np.clip(np.searchsorted(clock, frame_times + 1e-9, side="right") - 1, 0, clock.size - 1)
     return place[at], np.where(frame_times[:, None, None] <= clock[-1], force[at], 0.0)
 
 
-def _fill_missing_with_last_known(values_by_time: FloatArray) -> FloatArray:
+def _fill_missing_with_last_or_first_known(values_by_time: FloatArray) -> FloatArray:
     """Replace each NaN by the last known value before it, or by the first known one (time is the first axis)."""
     known = np.isfinite(values_by_time)
     rows = np.arange(len(values_by_time)).reshape(-1, 1, 1)

@@ -62,7 +62,7 @@ def outcome_sentence(trajectory: "xr.Dataset") -> str:
     return NO_OUTCOME_SENTENCE_BY_STATUS[CaseStatus(int(trajectory["status"]))]
 
 
-def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, float] | None:
+def first_and_last_movement_times_for_film(trajectory: "xr.Dataset") -> tuple[float, float] | None:
     """Return the times, s, of the first and last movement of the free bodies; None if nothing moves.
 
     A body moves at a time if its pose differs from both its first and its last pose.
@@ -77,7 +77,7 @@ def first_and_last_movement_times(trajectory: "xr.Dataset") -> tuple[float, floa
 def _movement_start_return_after_peak_and_end_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
     """Return the times (s) of the first movement, of the return after the largest one, and of the last movement.
 
-    See `first_and_last_movement_times`.
+    See `first_and_last_movement_times_for_film`.
     """
     poses, time = (
         _film_functions_for_trajectory(trajectory).extract_poses_for_motion_check(trajectory),

@@ -55,7 +55,7 @@ def _draw_hodograph(
         at = int(radius.argmax())
         axes.plot(east_component[at], north_component[at], "o", color=style.FALL_COLOUR, markersize=4, label="peak")
         toward = round(float(np.degrees(np.arctan2(east_component[at], north_component[at])))) % 360
-        title += f"\n{style.format_three_significant_digits(size)} {unit} towards {toward}°"
+        title += f"\n{style.format_at_least_three_significant_digits(size)} {unit} towards {toward}°"
     axes.set_title(title, fontsize=9)
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     for zero in (axes.axhline, axes.axvline):
@@ -90,7 +90,7 @@ def smoothed_fourier_spectra(motion: Motion, azimuths_deg: list[float]) -> Frequ
     return at, [konno_ohmachi_smoothed_amplitude(frequency, amplitude, at) for frequency, amplitude in pairs]
 
 
-def response_spectra_along_azimuths(
+def pseudo_acceleration_spectra_along_azimuths(
     motion: Motion, azimuths_deg: list[float]
 ) -> FrequenciesOrPeriodsAndSpectraByAzimuth:
     """Return periods (s) and, for each azimuth, pseudo-accelerations (m/s²) at a damping ratio of 0.05."""
@@ -110,7 +110,7 @@ def fourier_and_response_spectra_figure(motion: Motion, azimuths_deg: list[float
         (left, smoothed_fourier_spectra(motion, azimuths_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
         (
             right,
-            response_spectra_along_azimuths(motion, azimuths_deg),
+            pseudo_acceleration_spectra_along_azimuths(motion, azimuths_deg),
             GAL,
             "period, s",
             "spectral acceleration (damping 5%), Gal",
@@ -152,8 +152,10 @@ def pga_and_pgv_by_azimuth_figure(pga_and_pgv_by_azimuth: xr.Dataset, fault_norm
         theta, around = symmetric_polar_curve_angles_rad_and_radii(azimuth, peaks)  # a peak is an absolute value
         axes.plot(theta, around, ".-", color=colour, linewidth=1.4, markevery=isolated_curve_point_indices(around))
         axes.set_ylim(0.0, outer)
-        style.mark_fault_normal(axes, fault_normal_deg)
+        style.mark_fault_normal_on_polar_rim(axes, fault_normal_deg)
         along = style.compass_bearing_text(float(azimuth[peaks.argmax()] % 180))
-        axes.write_title(f"{label}\nlargest {style.format_three_significant_digits(largest)} along {along}", 10.0)
+        axes.write_title(
+            f"{label}\nlargest {style.format_at_least_three_significant_digits(largest)} along {along}", 10.0
+        )
     style.add_title_and_legend(figure, title, panels[0, 0])
     return figure

@@ -13,7 +13,7 @@ from overturning.figures.style import (
     MISSING_COLOUR,
     SERIES_COLOURS,
     create_panel_grid,
-    format_three_significant_digits,
+    format_at_least_three_significant_digits,
     indices_and_values_of_minima_and_maxima,
     label_axes,
     label_logarithmic_ticks,
@@ -26,7 +26,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.noise import SignalNoiseSpectra, shortest_usable_noise_window_s, signal_and_noise_spectra
 from overturning.motion.spectra import rotd_percentile_measures
 from overturning.records.processing import MIN_SIGNAL_TO_NOISE_RATIO
-from overturning.records.record import Record, processing_entry_text, raw_or_processed_data_label
+from overturning.records.record import Record, processing_entry_text, processing_state_label
 from overturning.study.intensity import ROTD_PERCENTILES, SPECTRUM_PERIODS_S
 from overturning.units import CM, GAL
 
@@ -104,7 +104,7 @@ def _add_title_and_legend(
         ", ".join(
             text for text in (processed_record.station or processed_record.record_id, processed_record.event) if text
         ),
-        "; ".join([raw_or_processed_data_label(unprocessed_record), *agency, ahead]),
+        "; ".join([processing_state_label(unprocessed_record), *agency, ahead]),
         *(["here: " + steps[0], *steps[1:]] if steps else ["nothing done here"]),
     ]
     wrapped = [part for line in lines for part in wrap_name_into_lines(line, 50 * panels.shape[1])]
@@ -151,7 +151,7 @@ def min_max_envelope(sample_times: FloatArray, samples: FloatArray) -> tuple[Flo
     return sample_times[np.minimum(places, sample_times.size - 1)], drawn
 
 
-def start_time_after_unprocessed_start(processed_record: Record) -> float:
+def start_time_relative_to_unprocessed_record(processed_record: Record) -> float:
     """Return the start time of a processed record relative to the start of the unprocessed one, s.
 
     Padding moves the start to earlier times, cutting to later ones.
@@ -201,14 +201,14 @@ def _draw_component_time_histories(
                 panel.patch.set_visible(False)
         panel.plot(
             *min_max_envelope(
-                _sample_times(processed_record, start_time_after_unprocessed_start(processed_record)), new / unit
+                _sample_times(processed_record, start_time_relative_to_unprocessed_record(processed_record)), new / unit
             ),
             color=INK,
             linewidth=0.6,
         )
         label_axes(panel, "time, s" if panel is acceleration_velocity_displacement_panels[-1] else "", label)
         panel.annotate(
-            f"peak {format_three_significant_digits(peak)}",
+            f"peak {format_at_least_three_significant_digits(peak)}",
             (0.98, 0.96),
             xycoords="axes fraction",
             ha="right",
@@ -275,7 +275,7 @@ def _draw_husid(panel: "Axes", processed_record: Record, component_names: list[s
     if not any(getattr(processed_record, name).any() for name in component_names):
         write_note_in_empty_panel(panel, "no motion")
         return
-    time = _sample_times(processed_record, start_time_after_unprocessed_start(processed_record))
+    time = _sample_times(processed_record, start_time_relative_to_unprocessed_record(processed_record))
     for name, colour in zip(component_names, SERIES_COLOURS, strict=False):
         energy = np.cumsum(getattr(processed_record, name) ** 2)
         if energy[-1] > 0:
@@ -342,7 +342,7 @@ def _draw_removed_acceleration(
         return
     time, later = (
         _sample_times(unprocessed_record),
-        _sample_times(processed_record, start_time_after_unprocessed_start(processed_record)),
+        _sample_times(processed_record, start_time_relative_to_unprocessed_record(processed_record)),
     )
     inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
     for name, colour in zip(component_names, SERIES_COLOURS, strict=False):

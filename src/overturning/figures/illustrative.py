@@ -24,7 +24,7 @@ from overturning.figures.response import rotation_slip_and_uplift_figure, tilt_p
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import empty_folder_then_write_list_of_new_files, save_figure_files
 from overturning.labels import friction_label
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
@@ -156,7 +156,7 @@ def _simulate_and_draw_illustrative_case(
     title = f"{place}: {block_label(study, case.block_coordinates)}"
     strip_figure = partial(film_strip_figure, film, has_title=False)
     drawn: list[FileSuffixDrawingAltTextAndOptions] = [("strip", strip_figure, "four frames of the film", {})]
-    if default_model_for_results_cube(one).is_planar:
+    if default_model_of_same_kind_as_results_cube(one).is_planar:
         drawn += _figure_functions_for_planar_film(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
@@ -293,8 +293,8 @@ def simulate_block_trajectories(
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     height, ratio = (np.array([block_parameters[name]]) for name in ("height", "b_over_h"))
     scaled = block_parameters | {
-        "height": float(sizes.to_scene_heights(height)[0]),
-        "b_over_h": float(sizes.to_scene_b_over_h(ratio, ratio)[0]),
+        "height": float(sizes.to_variant_reference_stone_heights(height)[0]),
+        "b_over_h": float(sizes.to_variant_reference_stone_b_over_h(ratio, ratio)[0]),
     }
     own = {
         "b_over_h": not model.slenderness_is_parameter,

@@ -20,7 +20,7 @@ from overturning.figures.style import (
     set_logarithmic_ticks,
 )
 from overturning.labels import friction_label
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.statistics.criteria import OVERTURNING_CRITERIA, west_acceleration_limit
 from overturning.statistics.falls import mean_fall_probability_over_directions
 from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2, LogisticFit
@@ -36,7 +36,7 @@ CRITERION_LINE_STYLES: Final = (
 """Colour and line style of each of `criteria.OVERTURNING_CRITERIA`."""
 
 
-def pga_pgv_over_pga_and_fall_probability_of_block(
+def motion_pga_pgv_ratio_and_block_fall_probability(
     cube: xr.Dataset, pga_and_pgv_dataset: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²) and PGV/PGA (s) along each azimuth of each record, and a block's fall probability there.
@@ -44,7 +44,7 @@ def pga_pgv_over_pga_and_fall_probability_of_block(
     The arrays have shape (n,), without cases of unknown outcome and motions below `MAX_PGA_FROM_ROUNDING_M_S2`.
     """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
-    planes = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
+    planes = default_model_of_same_kind_as_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
     along = pga_and_pgv_dataset[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
@@ -128,7 +128,7 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
     figure, panels = create_panel_grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.4 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
-            points = pga_pgv_over_pga_and_fall_probability_of_block(
+            points = motion_pga_pgv_ratio_and_block_fall_probability(
                 cube, pga_and_pgv_dataset, float(height), float(b_over_h), friction
             )
             block = float(height), float(b_over_h)

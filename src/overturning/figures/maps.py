@@ -13,7 +13,7 @@ from overturning.figures import style
 from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_rings_without_falls_except_innermost
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import draw_fall_rose
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.statistics.roses import fall_rose
 
@@ -65,8 +65,8 @@ def fall_azimuths_by_orientation_and_b_over_h_figure(cube: xr.Dataset, title: st
     ring, rim = np.linspace(0.0, 2.0 * np.pi, 73), [1.08 * top, 1.22 * top]
     hues = ((ring[:-1] + ring[1:]) / 2)[None, :]
     around.pcolormesh(ring, rim, hues, cmap=AZIMUTH_COLOURMAP, vmin=0, vmax=2 * np.pi, rasterized=True)
-    style.mark_fault_normal(around, float(cube["fault_normal"]))
-    style.mark_direction_away_from_epicentre(around, float(azimuth_away_from_epicentre(cube)))
+    style.mark_fault_normal_on_polar_rim(around, float(cube["fault_normal"]))
+    style.mark_direction_away_from_epicentre_on_polar_rim(around, float(azimuth_away_from_epicentre(cube)))
     around.set_title("falls of these maps", fontsize=8, pad=3)
     marks = [style.legend_patch(style.STANDS_COLOUR, "stands")]
     if bool(cube["overturned"].isnull().any()):
@@ -134,6 +134,6 @@ def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.D
 
     `peak_velocity_by_azimuth` by azimuth, m/s, is drawn on a map by azimuth.
     """
-    if default_model_for_results_cube(cube).is_planar:
+    if default_model_of_same_kind_as_results_cube(cube).is_planar:
         return fall_map_by_azimuth_figure(cube, title, [peak_velocity_by_azimuth])
     return fall_azimuths_by_orientation_and_b_over_h_figure(cube, title)

@@ -11,7 +11,7 @@ from typing import Any
 from overturning.figures.film import Film
 from overturning.figures.film_words import KEYBOARD_HELP_TEXT
 from overturning.files import write_text
-from overturning.translation.texts import ENGLISH, current_language, translate, translate_nested_texts
+from overturning.translation.texts import ENGLISH, current_language, translate, translate_nested_texts_except_data
 
 
 def read_template_text(file_name: str, subpackage: str = "figures") -> str:
@@ -65,7 +65,7 @@ def film_html_element(
         source = f"data:{kind};base64,{b64encode(film_strip_path.read_bytes()).decode('ascii')}"
         shown = f'<figure class="film-strip"><img alt="{escape(alternative_text)}" src="{source}"></figure>'
     texts = json_for_script(
-        translate_nested_texts(film_player_data) if current_language() != ENGLISH else film_player_data
+        translate_nested_texts_except_data(film_player_data) if current_language() != ENGLISH else film_player_data
     )
     return f'<div class="film"><script type="application/json">{texts}</script>{shown}</div>'
 

@@ -252,8 +252,8 @@ def _draw_polar_fall_map_and_return_mesh(
         points = {"marker": ".", "markevery": isolated_curve_point_indices(peaks)}
         axes.plot(theta, peaks, **_PEAK_VELOCITY_LINE_STYLE, **points, zorder=2.6, path_effects=casing)
     normal, radial = panel.fault_normal_and_radial_deg
-    style.mark_fault_normal(axes, normal)
-    style.mark_direction_away_from_epicentre(axes, radial)
+    style.mark_fault_normal_on_polar_rim(axes, normal)
+    style.mark_direction_away_from_epicentre_on_polar_rim(axes, radial)
     return mesh
 
 

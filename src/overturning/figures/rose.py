@@ -15,7 +15,7 @@ from overturning.figures.style import (
     INK,
     PAGE_WIDTH_INCHES,
     create_panel_grid,
-    mark_fault_normal,
+    mark_fault_normal_on_polar_rim,
     set_outer_radius_and_radius_ticks,
     turn_axes_into_compass,
     wrap_name_into_lines,
@@ -128,7 +128,7 @@ def mark_mean_fall_axis(axes: Any, mean_axis_deg: float, interval_half_width_deg
         **_MEAN_AXIS_LINE_STYLE,
     )
     for low, high in (
-        axis_interval_arcs_within_half_circle_deg(mean_axis_deg, interval_half_width_deg)
+        axis_interval_arcs_from_minus_90_to_90_deg(mean_axis_deg, interval_half_width_deg)
         if np.isfinite(interval_half_width_deg)
         else ()
     ):
@@ -141,7 +141,7 @@ def mark_mean_fall_axis(axes: Any, mean_axis_deg: float, interval_half_width_deg
     axes.set_ylim(0.0, top)
 
 
-def axis_interval_arcs_within_half_circle_deg(
+def axis_interval_arcs_from_minus_90_to_90_deg(
     mean_axis_deg: float, interval_half_width_deg: float
 ) -> list[tuple[float, float]]:
     """Return the confidence interval of an axis as arcs (start, end), degrees, within −90° to 90°."""
@@ -186,7 +186,7 @@ def fall_roses_by_group_figure(
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
         draw_fall_rose(axes, rose, top)
         frame = "" if rose.is_measured_from_fault_normal else ", from north"
-        axes.set_title(f"{name}\n{rose.rose_title_with_earthquake_count}{frame}", pad=12, fontsize=9)
+        axes.set_title(f"{name}\n{rose.earthquake_count_title}{frame}", pad=12, fontsize=9)
         if rose.is_measured_from_fault_normal and name in means:
             mark_mean_fall_axis(
                 axes, means[name].mean_axis_from_fault_normal_deg, means[name].mean_axis_interval_half_width_deg
@@ -240,7 +240,7 @@ def fall_roses_by_earthquake_figure(cube: xr.Dataset) -> Figure:
         axes.tick_params(axis="both", labelsize=7)
         axes.set_xticklabels(["N", "", "E", "", "S", "", "W", ""])
         for normal in cube["fault_normal"].to_numpy()[members]:
-            mark_fault_normal(axes, float(normal), label=None)
+            mark_fault_normal_on_polar_rim(axes, float(normal), label=None)
         count = int(members.sum())
         lines = [*title, f"{count} record{'s' * (count != 1)}"]
         axes.set_title("\n".join(lines), fontsize=8, pad=3, parse_math=False)

@@ -8,9 +8,9 @@ import numpy as np
 
 from overturning.figures.rose import common_rose_radius_as_root_of_share, draw_fall_rose
 from overturning.figures.style import INK, PAGE_WIDTH_INCHES, SERIES_COLOURS, create_panel_grid
-from overturning.model.geometry import place_elements
+from overturning.model.geometry import scale_and_place_elements
 from overturning.model.scene import Scene
-from overturning.statistics.roses import fall_rose_of_all_records
+from overturning.statistics.roses import fall_rose_from_fault_normal_if_known
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +28,7 @@ def draw_scene(
     reference_element_b_over_h: float | None = None,
 ) -> None:
     """Draw a 2-D scene to scale; elements that move with the ground are grey, fixed elements hatched."""
-    placed = place_elements(scene, reference_element_height, reference_element_b_over_h)
+    placed = scale_and_place_elements(scene, reference_element_height, reference_element_b_over_h)
     free = [item for item in placed if not item.has_prescribed_motion]
     low = min(float(item.vertices_in_scene[:, 1].min()) for item in free)
     high = max(float(item.vertices_in_scene[:, 1].max()) for item in free)
@@ -86,9 +86,9 @@ def fall_roses_by_element_figure(cube_by_element_name: Mapping[str, "xr.Dataset"
         len(cube_by_element_name),
         polar=True,
     )
-    roses = {name: fall_rose_of_all_records(cube) for name, cube in cube_by_element_name.items()}
+    roses = {name: fall_rose_from_fault_normal_if_known(cube) for name, cube in cube_by_element_name.items()}
     top = common_rose_radius_as_root_of_share(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
         draw_fall_rose(axes, rose, top)
-        axes.set_title(f"{name}\n{rose.rose_title_with_earthquake_count}", pad=12, fontsize=9, parse_math=False)
+        axes.set_title(f"{name}\n{rose.earthquake_count_title}", pad=12, fontsize=9, parse_math=False)
     return figure

@@ -18,9 +18,9 @@ from overturning.figures.site_map import figures_with_several_earthquake_maps, m
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import FigureWriterInAllFormats, empty_folder_then_write_list_of_new_files
 from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.statistics.earthquakes import (
-    alignments_with_references_by_record_group,
+    alignments_with_reference_axes_by_record_group,
     fall_axes_from_fault_normal_by_group,
     summarise_fall_axes,
 )
@@ -46,16 +46,18 @@ def draw_study_figures(
         xr.open_dataset(intensity_path, engine="netcdf4") as intensity,
         use_package_matplotlib_settings(),
     ):
-        fits = default_model_for_results_cube(cube).is_planar and not note_if_sizes_are_not_those_of_shown_stone(cube)
+        fits = default_model_of_same_kind_as_results_cube(
+            cube
+        ).is_planar and not note_if_sizes_are_not_those_of_shown_stone(cube)
         fit = fit_logistic_overturning_model(cube, intensity) if fits else None
-        for name, draw in all_records_figure_functions_by_name(
+        for name, draw in all_records_non_map_figure_functions_by_name(
             cube, intensity, fit, fall_axes_from_fault_normal_by_group(cube)
         ).items():
             write_figure_files(draw(), output_folder / name)
         _draw_earthquake_maps(cube, output_folder / "maps", write_figure_files)
 
 
-def all_records_figure_functions_by_name(
+def all_records_non_map_figure_functions_by_name(
     cube: xr.Dataset,
     intensity_measures: xr.Dataset,
     logistic_fit: LogisticFit | None,
@@ -72,22 +74,22 @@ def all_records_figure_functions_by_name(
         "axes": partial(fault_normal_alignment_figure_from_fall_axes, fall_axes_by_group, summaries),
         "rose": partial(fall_roses_by_group_figure, cube, summaries),
     }
-    if default_model_for_results_cube(cube).is_planar:
+    if default_model_of_same_kind_as_results_cube(cube).is_planar:
         friction, another = float(cube["friction"].max()), note_if_sizes_are_not_those_of_shown_stone(cube)
         plane = partial(
             outcomes_by_pga_and_pgv_over_pga_figure, cube, intensity_measures, logistic_fit, friction, another
         )
         return functions | {"plane": plane}
 
-    def draw_fall_alignment_with_references_by_b_over_h() -> "Figure":
+    def draw_alignment_with_reference_axes_by_b_over_h() -> "Figure":
         slender = cube["b_over_h"].to_numpy().astype(np.float64)
         return fall_alignment_by_b_over_h_figure(
-            alignments_with_references_by_record_group(cube, intensity_measures), slender
+            alignments_with_reference_axes_by_record_group(cube, intensity_measures), slender
         )
 
     return functions | {
         "earthquakes": partial(fall_roses_by_earthquake_figure, cube),
-        "follow": draw_fall_alignment_with_references_by_b_over_h,
+        "follow": draw_alignment_with_reference_axes_by_b_over_h,
     }
 
 

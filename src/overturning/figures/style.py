@@ -144,7 +144,7 @@ def largest_round_number_up_to(upper_limit: float) -> float:
     return float(max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power <= upper_limit * (1.0 + 1e-9)))
 
 
-def format_three_significant_digits(value: float) -> str:
+def format_at_least_three_significant_digits(value: float) -> str:
     """Format a number with three significant digits; from 100 on without decimals."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"
 
@@ -341,7 +341,7 @@ AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG: Final = 5.0
 """Width of the sector of an azimuth, degrees, if a single plane was simulated, so that the grid has no step."""
 
 
-def azimuths_one_step_into_unsimulated_gaps(simulated_azimuths_deg: FloatArray) -> FloatArray:
+def gap_azimuths_one_step_from_simulated_ones(simulated_azimuths_deg: FloatArray) -> FloatArray:
     """Return the azimuths, degrees, that lie one grid step inside the ends of each unsimulated range of azimuths.
 
     A single plane (one azimuth, or two opposite ones) has no step; it counts as
@@ -372,7 +372,7 @@ def set_outer_radius_and_radius_ticks(
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
-def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "fault normal") -> None:
+def mark_fault_normal_on_polar_rim(axes: Any, fault_normal_deg: float, label: str | None = "fault normal") -> None:
     """Mark the azimuth of the fault normal at both ends on the rim of a polar axis; do nothing if it is NaN."""
     if not np.isfinite(fault_normal_deg):
         return
@@ -387,7 +387,7 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
     axes.set_ylim(0.0, radius)
 
 
-def mark_direction_away_from_epicentre(axes: Any, away_azimuth_deg: float) -> None:
+def mark_direction_away_from_epicentre_on_polar_rim(axes: Any, away_azimuth_deg: float) -> None:
     """Mark the azimuth away from the epicentre by an arrowhead on the rim of a polar axis; do nothing if NaN."""
     if not np.isfinite(away_azimuth_deg):
         return

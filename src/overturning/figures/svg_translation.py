@@ -51,7 +51,7 @@ class _SvgTextLine(NamedTuple):
         return float(found[1]) if found else 10.0
 
     @property
-    def start_xy_and_rotation_deg(self) -> tuple[float, float, float] | None:
+    def left_aligned_start_xy_and_rotation_deg(self) -> tuple[float, float, float] | None:
         """Position x, y and clockwise rotation, degrees, of the line; None for a centred or right-aligned text."""
         found = _TEXT_TRANSFORM_PATTERN.fullmatch(self.other_attributes)
         return (float(found[1]), float(found[2]), float(found[3] or 0.0)) if found else None
@@ -78,7 +78,7 @@ def _translate_svg_text_lines(svg_elements_of_text_lines: str, language: str) ->
         )
     placed = (
         lines
-        if all(one.start_xy_and_rotation_deg is None for one in lines)
+        if all(one.left_aligned_start_xy_and_rotation_deg is None for one in lines)
         else _anchor_lines_at_start_middle_or_end(lines)
     )
     # A text of fewer lines than before leaves out the last places.
@@ -105,7 +105,11 @@ def _anchor_lines_at_start_middle_or_end(lines_of_one_text: list[_SvgTextLine]) 
 
     A rotated text is centred. Several lines are aligned where their places differ least.
     """
-    starts = [one.start_xy_and_rotation_deg for one in lines_of_one_text if one.start_xy_and_rotation_deg is not None]
+    starts = [
+        one.left_aligned_start_xy_and_rotation_deg
+        for one in lines_of_one_text
+        if one.left_aligned_start_xy_and_rotation_deg is not None
+    ]
     if len(starts) < len(lines_of_one_text):
         return lines_of_one_text
     widths = [_width_of_line(one) for one in lines_of_one_text]

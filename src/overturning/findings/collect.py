@@ -34,7 +34,7 @@ from overturning.findings.direction import (
     fall_direction_findings,
     planar_model_agreement,
 )
-from overturning.findings.displacements import ElementDisplacementFindings, final_slip_and_rotation_of_elements
+from overturning.findings.displacements import ElementDisplacementFindings, final_slip_and_twist_of_standing_elements
 from overturning.findings.exactness import (
     EnsembleDisagreementFindings,
     FinalTwistOfMovedStandingStones,
@@ -53,7 +53,7 @@ from overturning.findings.extent import (
     count_records_and_blocks_with_direction_range,
     source_and_licence_of_records,
 )
-from overturning.findings.inferred_motion import InferredMotionOfSurvey, all_inferred_motion_findings
+from overturning.findings.inferred_motion import InferredMotionOfSurvey, inferred_motions_of_all_surveys
 from overturning.findings.population import StonePopulationFindings, population_findings
 from overturning.findings.processing import DoubtsAboutRecordData, summarise_record_notes_and_doubts
 from overturning.findings.published import (
@@ -75,9 +75,9 @@ from overturning.findings.study import (
 )
 from overturning.findings.survey_displacements import (
     SurveyFallAndDisplacementFindings,
-    all_survey_displacement_findings,
+    observed_and_computed_displacements_by_survey,
 )
-from overturning.findings.surveys import SurveyPredictionFindings, all_survey_prediction_findings
+from overturning.findings.surveys import SurveyPredictionFindings, observed_and_predicted_falls_by_survey
 from overturning.findings.values import FindingBaseClass
 from overturning.stored import read_json_result
 from overturning.study.schema import Study
@@ -156,13 +156,13 @@ def findings_from_results(results: StudyResults) -> Findings:
         reference_alignments=fall_alignments_with_references(results),
         planar_model_agreement=planar_model_agreement(results),
         element_outcomes=element_fall_findings(results),
-        element_displacements=final_slip_and_rotation_of_elements(results),
+        element_displacements=final_slip_and_twist_of_standing_elements(results),
         site_fall_rates=population_fall_rates_by_soil_and_amplitude(results),
         unconverged_soil_responses=notes_on_unconverged_soil_analyses(results),
         soil_responses_with_strain_beyond_curves=notes_on_soil_strain_beyond_curves(results),
-        surveys=all_survey_prediction_findings(results),
-        survey_displacements=all_survey_displacement_findings(results),
-        inferred_motions=all_inferred_motion_findings(results),
+        surveys=observed_and_predicted_falls_by_survey(results),
+        survey_displacements=observed_and_computed_displacements_by_survey(results),
+        inferred_motions=inferred_motions_of_all_surveys(results),
         published_peaks=compare_peaks_with_published(results),
         published_agreement=count_fully_agreeing_published_blocks_by_variant(results),
         published_comparisons=compare_outcomes_with_published(results),

@@ -12,7 +12,11 @@ from overturning.model.variables import mask_of_known_outcomes
 from overturning.records.site import STRAIN_BEYOND_CURVE_PHRASE, SoilSite
 from overturning.statistics.bootstrap import mean_over_earthquakes, mean_share_over_earthquakes
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference_to_90_deg
-from overturning.statistics.elements import ElementFallCounts, count_falls_of_two_stones, mean_shares_of_two_stone_falls
+from overturning.statistics.elements import (
+    ElementFallCounts,
+    compare_falls_of_two_stones_over_earthquakes,
+    count_falls_of_two_stones,
+)
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_sources_and_processing_by_id
 from overturning.study.scenes import (
@@ -187,7 +191,7 @@ def _compare_study_with_variant(
     ]
     events = results.record_events[record_indices]
     counts = count_falls_of_two_stones(*cubes)
-    found = mean_shares_of_two_stone_falls(counts, events)
+    found = compare_falls_of_two_stones_over_earthquakes(counts, events)
     paired = _keep_outcomes_known_in_both(*cubes)
     shares = (overturned_shares_by_record(cube).to_numpy() for cube in paired)
     here, there, difference = _estimates_of_overturned_shares(events, *shares)
@@ -335,7 +339,7 @@ def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[S
             rate = rates[0]["fall_rate"]
             accounts = record_sources_and_processing_by_id(results.cubes_by_variant[name]).values()
             has_two_axes = site is not None and not results.simulated_azimuths_impose_fall_axis
-            angles = angles_between_fall_axes_deg(*rates) if has_two_axes else np.empty(0)
+            angles = angles_between_soil_and_rock_fall_axes_deg(*rates) if has_two_axes else np.empty(0)
             layers = site.layers if site is not None else ()
             found.append(
                 SoilProfileFallRatesAtAmplitude(
@@ -361,7 +365,7 @@ MIN_FALL_RATE_FOR_FALL_AXIS_COMPARISON = 0.05
 """Smallest fall rate under a record for which the axis of the falls is compared."""
 
 
-def angles_between_fall_axes_deg(
+def angles_between_soil_and_rock_fall_axes_deg(
     outcome_rates_on_soil: xr.Dataset, population_outcomes_on_rock_by_record: xr.Dataset
 ) -> FloatArray:
     """Return the angles, degrees, between the mean fall axes on soil and on rock, for records with both axes.

@@ -32,7 +32,7 @@ class ElementDisplacementFindings(FindingBaseClass):
     stone, since the ground has no rim."""
 
 
-def final_slip_and_rotation_of_elements(results: StudyResults) -> list[ElementDisplacementFindings]:
+def final_slip_and_twist_of_standing_elements(results: StudyResults) -> list[ElementDisplacementFindings]:
     """Summarise final slip and absolute twist of each element over the cases in which it stands, by variant.
 
     Empty for planar models and for studies of a single body, whose rotation is in the finding

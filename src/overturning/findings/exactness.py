@@ -177,7 +177,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleDisagreementFindings | N
     if "members" not in cube:
         return None
     found = apply_to_record_batches_and_join(
-        partial(count_ensemble_cases_and_runs_by_record, results.model, settings),
+        partial(count_cases_with_disagreeing_runs_by_record, results.model, settings),
         cube,
         (*results.model.variable_names_read_for_fall_probability, "members"),
     )
@@ -204,7 +204,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleDisagreementFindings | N
     )
 
 
-def count_ensemble_cases_and_runs_by_record(
+def count_cases_with_disagreeing_runs_by_record(
     model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset
 ) -> xr.Dataset:
     """Count by record the cases (all, with runs, with disagreeing runs, with falls to both sides) and ensemble runs.
@@ -218,7 +218,7 @@ def count_ensemble_cases_and_runs_by_record(
     )
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
-    def estimate_first_run_batch_statistic_by_case(run_statistic: RunCountStatistic) -> xr.DataArray:
+    def unbiased_first_batch_statistic_by_case(run_statistic: RunCountStatistic) -> xr.DataArray:
         """Return an unbiased estimate, for each case, of a statistic of the first batch of its runs."""
         return run.copy(
             data=average_first_batch_statistic_over_run_orders(
@@ -227,7 +227,7 @@ def count_ensemble_cases_and_runs_by_record(
         )
 
     over = [name for name in run.dims if name != "record"]
-    divided = estimate_first_run_batch_statistic_by_case(indicator_that_some_runs_fall_and_others_stand)
+    divided = unbiased_first_batch_statistic_by_case(indicator_that_some_runs_fall_and_others_stand)
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
@@ -236,7 +236,7 @@ def count_ensemble_cases_and_runs_by_record(
         "agree": found.get("agree", divided.notnull()),
         "apart": (
             found["apart"] if "apart" in found else
-            estimate_first_run_batch_statistic_by_case(indicator_that_most_runs_fall_and_sides_differ)
+            unbiased_first_batch_statistic_by_case(indicator_that_most_runs_fall_and_sides_differ)
         ),
         "members": members,
         "with_members": members.notnull(),

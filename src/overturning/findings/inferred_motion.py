@@ -125,7 +125,7 @@ class InferredMotionOfSurvey(FindingBaseClass):
 MAX_LISTED_MOTIONS = 12
 
 
-def all_inferred_motion_findings(results: StudyResults) -> list[InferredMotionOfSurvey]:
+def inferred_motions_of_all_surveys(results: StudyResults) -> list[InferredMotionOfSurvey]:
     """Return, for each survey of a study, the report's numbers on the inferred ground motion."""
     return [inferred_motion_findings(one) for one in results.inferred_motions]
 

@@ -231,7 +231,7 @@ def population_findings(results: StudyResults) -> StonePopulationFindings | None
             if (at := known & is_published_intensity_in_range(jma, low, high)).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
         checks_of_jma_intensity_rules=[
-            _compare_jma_survey_rule_with_motions(rule, known, free_rates, jma, horizontal, events)
+            _compare_jma_inferred_from_falls_with_motions(rule, known, free_rates, jma, horizontal, events)
             for rule in JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION
             if _motions_with_fall_rate_in_rule_range(rule, known, free_rates).sum() >= MIN_MOTIONS_FOR_FALL_RATE
         ],
@@ -289,7 +289,7 @@ def _motions_with_fall_rate_in_rule_range(
     )
 
 
-def _compare_jma_survey_rule_with_motions(
+def _compare_jma_inferred_from_falls_with_motions(
     fall_rate_and_jma_range_of_rule: tuple[float, float, float, float, str],
     mask_of_motions_with_known_rate_and_jma: BoolArray,
     fall_rate_of_free_stones_by_motion: FloatArray,
@@ -327,15 +327,15 @@ def _compare_jma_survey_rule_with_motions(
             round_and_truncate_to_published_intensity(np.median(jma_intensity_by_motion[selected]))
         ),
         count=_count_motions_records_and_earthquakes(selected, earthquake_by_record),
-        share_with_intensity_of_inferred_degree=share_of_motions_agreeing_with_survey_rule(
+        share_with_intensity_of_inferred_degree=share_of_compared_motions_with_interval(
             agreeing, selected, earthquake_by_record
         ),
-        share_with_intensity_above_inferred_degree=share_of_motions_agreeing_with_survey_rule(
+        share_with_intensity_above_inferred_degree=share_of_compared_motions_with_interval(
             above, selected, earthquake_by_record
         )
         if math.isfinite(most) and most < 99
         else None,
-        share_of_inferred_degree_with_vertical_increment=share_of_motions_agreeing_with_survey_rule(
+        share_of_inferred_degree_with_vertical_increment=share_of_compared_motions_with_interval(
             agreeing_more, selected, earthquake_by_record
         )
         if lacking
@@ -358,7 +358,7 @@ def _count_motions_records_and_earthquakes(
     )
 
 
-def share_of_motions_agreeing_with_survey_rule(
+def share_of_compared_motions_with_interval(
     mask_of_agreeing_motions: BoolArray, mask_of_all_compared_motions: BoolArray, earthquake_by_record: StrArray
 ) -> ShareOfMotionsWithInterval:
     """Return the share of the compared motions that agree with a published survey rule, and its 95 % interval.

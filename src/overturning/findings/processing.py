@@ -118,7 +118,7 @@ def processing_finding_of_record(record_source_and_processing: Mapping[str, Any]
     )
 
 
-def processing_findings_by_record_id(results: StudyResults) -> dict[str, RecordProcessing]:
+def source_processing_and_notes_by_record_id(results: StudyResults) -> dict[str, RecordProcessing]:
     """Return source, processing and notes of each record, by record id, as far as the results state them."""
     return {
         name: processing_finding_of_record(provenance)

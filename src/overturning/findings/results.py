@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from overturning.errors import ResultError
 from overturning.files import file_name_if_absolute_else_path
 from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.model import Model
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics import alignment_by_rule, earthquakes
@@ -129,7 +129,7 @@ class StudyResults:
     @cached_property
     def model(self) -> Model:
         """Mechanical model (2-D or 3-D) with which the results of the study were computed."""
-        return default_model_for_results_cube(self.reference_element_cube)
+        return default_model_of_same_kind_as_results_cube(self.reference_element_cube)
 
     @cached_property
     def simulated_azimuths_impose_fall_axis(self) -> bool:
@@ -208,7 +208,7 @@ class StudyResults:
     def first_minus_second_record_group_alignment(self) -> MeanOverEarthquakes | None:
         """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
         groups = self.fall_axes_from_fault_normal_by_record_group.values()
-        return earthquakes.first_minus_second_mean_fall_alignment(*groups) if len(groups) == 2 else None
+        return earthquakes.difference_in_mean_alignment_with_fault_normal(*groups) if len(groups) == 2 else None
 
     @cached_property
     def fault_normal_alignments_by_record_group(
@@ -230,7 +230,7 @@ class StudyResults:
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
-        return earthquakes.alignments_with_references_by_record_group(
+        return earthquakes.alignments_with_reference_axes_by_record_group(
             self.reference_element_cube, self.intensity_measures, [slice(0, count), *parts]
         ), names
 
@@ -350,7 +350,7 @@ def open_study_results(
     cube_path = folder_or_cube_path / "cube.nc" if os.path.isdir(folder_or_cube_path) else folder_or_cube_path
     folder, changed = cube_path.parent, list[str]()
 
-    def open_cube_and_list_if_outcomes_changed(variant_name: str) -> xr.Dataset:
+    def open_cube_and_note_name_if_outcomes_changed(variant_name: str) -> xr.Dataset:
         """Open the cube of the study or of a variant; add its name to `changed` if outcomes changed after the run."""
         path = cube_path if variant_name == NOMINAL_VARIANT else folder / f"cube.{variant_name}.nc"
         outcome_hash = stated_or_computed_hash_of_cube_outcomes(path)
@@ -367,7 +367,7 @@ def open_study_results(
 
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
-        nominal = open_cube_and_list_if_outcomes_changed(NOMINAL_VARIANT)
+        nominal = open_cube_and_note_name_if_outcomes_changed(NOMINAL_VARIANT)
         if not (measures := folder / "intensity.nc").is_file():
             raise ResultError(f"{measures}: no intensity measures; {cube_path.name} must be in its folder of results")
         intensity = stack.enter_context(xr.open_dataset(measures))
@@ -380,7 +380,7 @@ def open_study_results(
         own = {name: getattr(presented, name) for name in STUDY_KEYS_NOT_AFFECTING_CUBE}
         study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL_VARIANT: nominal} | {
-            name: open_cube_and_list_if_outcomes_changed(name) for name in study.variants
+            name: open_cube_and_note_name_if_outcomes_changed(name) for name in study.variants
         }
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.findings.processing import RecordProcessing, processing_findings_by_record_id
+from overturning.findings.processing import RecordProcessing, source_processing_and_notes_by_record_id
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumber
 from overturning.model.status import CaseStatus
@@ -158,7 +158,7 @@ def study_question_and_parameters(results: StudyResults) -> StudyQuestionAndPara
     """Return the question of a study, its mechanical model and the parameter values of its cases."""
     study, cube = results.study, results.reference_element_cube
 
-    def rounded_coordinate_values(coordinate_name: str) -> list[float]:
+    def rounded_cube_coordinate_values(coordinate_name: str) -> list[float]:
         """Return the values of a coordinate of the results cube, such as the heights, rounded to 9 decimals."""
         return [round(float(one), 9) for one in cube[coordinate_name].to_numpy()]
 
@@ -172,9 +172,9 @@ def study_question_and_parameters(results: StudyResults) -> StudyQuestionAndPara
         model_kind="planes" if results.model.is_planar else "space",
         free_element_names=list(results.free_element_names),
         variant_names=list(study.variants),
-        height_m=rounded_coordinate_values("height"),
-        b_over_h=rounded_coordinate_values("b_over_h"),
-        friction=rounded_coordinate_values("friction"),
+        height_m=rounded_cube_coordinate_values("height"),
+        b_over_h=rounded_cube_coordinate_values("b_over_h"),
+        friction=rounded_cube_coordinate_values("friction"),
         azimuth_or_orientation_count=int(cube.sizes[results.model.direction_dimension_name]),
         amplitude_factors=[float(one) for one in study.amplitude],
         max_ensemble_members_per_case=study.ensemble.members,
@@ -231,7 +231,7 @@ def peaks_and_fall_directions_of_records(results: StudyResults) -> list[RecordPe
         results.intensity_measures,
         results.mean_fall_directions_and_axes_by_record,
     )
-    azimuth, processing = intensity["azimuth"].to_numpy(), processing_findings_by_record_id(results)
+    azimuth, processing = intensity["azimuth"].to_numpy(), source_processing_and_notes_by_record_id(results)
     shares, groups = overturned_shares_by_record(cube).to_numpy(), record_masks_by_group(cube)
     at_rest = cube["status"] == CaseStatus.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()

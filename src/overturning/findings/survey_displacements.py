@@ -135,7 +135,7 @@ class SurveyFallAndDisplacementFindings(FindingBaseClass):
     """Soil below the cemeteries; empty if the record is used as it is for all stones."""
 
 
-def all_survey_displacement_findings(results: StudyResults) -> list[SurveyFallAndDisplacementFindings]:
+def observed_and_computed_displacements_by_survey(results: StudyResults) -> list[SurveyFallAndDisplacementFindings]:
     """Return, for each survey of a 3-D study, observed and computed falls, shifts and twists; [] for a 2-D study."""
     return [survey_displacement_findings(one) for one in results.survey_displacement_comparisons]
 

@@ -189,7 +189,7 @@ SMALL_SURVEY_FALL_THRESHOLD = 5 * len(OCTANTS)
 """Falls of known direction below which the report calls a survey small: a chi-square test over octants expects five."""
 
 
-def all_survey_prediction_findings(results: StudyResults) -> list[SurveyPredictionFindings]:
+def observed_and_predicted_falls_by_survey(results: StudyResults) -> list[SurveyPredictionFindings]:
     """Return, for each survey of a study, the comparison of observed and predicted falls."""
     return [survey_prediction_findings(one) for one in results.survey_comparisons]
 

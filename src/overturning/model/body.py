@@ -168,7 +168,7 @@ class Body(ThreeDimensionalModel):
     ) -> SimulatedDirectionsForRequestedDirections:
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
         direction = grid.direction_values_deg[:, None]
-        period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
+        period = self._symmetry_periods_of_grid_aspects_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
         if use_symmetry and self.start is not None and np.where(period > 0.0, whole, direction).any():
             raise ArgumentError(

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def default_model_for_results_cube(cube: "xr.Dataset") -> Model:
+def default_model_of_same_kind_as_results_cube(cube: "xr.Dataset") -> Model:
     """Return a model of the kind (2-D, 3-D body or 3-D stack) whose outcomes a results dataset contains."""
     if Body.direction_dimension_name not in cube.dims:
         return PlanarModel()

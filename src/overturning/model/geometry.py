@@ -116,7 +116,7 @@ class TouchingContactPoint(NamedTuple):
     contact_point: ContactPointGeometry
 
 
-def place_elements(
+def scale_and_place_elements(
     scene: SceneElementsAndMaterials,
     reference_element_height: float | None = None,
     reference_element_b_over_h: float | None = None,
@@ -187,7 +187,8 @@ def azimuth_period_of_outcome_deg(scene: SceneElementsAndMaterials) -> float:
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
     mirror = all(
-        item.centre_of_mass_x == 0.0 and item.shape.is_convex_and_mirror_symmetric for item in place_elements(scene)
+        item.centre_of_mass_x == 0.0 and item.shape.is_convex_and_mirror_symmetric
+        for item in scale_and_place_elements(scene)
     )
     return PLANE_SYMMETRY_PERIOD_DEG if mirror else FULL_TURN_DEG
 
@@ -371,7 +372,7 @@ def touching_contact_points(
 
 def check_elements_have_support_without_overlap(scene: SceneElementsAndMaterials) -> None:
     """Raise an `ArgumentError` that names the element and a remedy if elements overlap or lack support."""
-    if fault := first_overlap_or_support_error_message(place_elements(scene)):
+    if fault := first_overlap_or_support_error_message(scale_and_place_elements(scene)):
         raise ArgumentError(fault)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.errors import ArgumentError
 from overturning.model.element import MAX_ELEMENT_LENGTH_M, MIN_ELEMENT_LENGTH_M
-from overturning.model.scan import ScanResult, stone_from_surface
+from overturning.model.scan import ScanResult, stone_in_nearest_stable_pose_from_surface
 from overturning.model.surface import TriangleSurface, open_edges, repair_surface_and_close_base
 
 MAX_MESH_FILE_BYTES: Final = 200_000_000
@@ -171,7 +171,7 @@ def read_scanned_stone(
     """
     surface = read_mesh_surface(path, unit)
     try:
-        return stone_from_surface(
+        return stone_in_nearest_stable_pose_from_surface(
             *repair_surface_and_close_base(surface), Path(path).stem, max_load_bearing_base_point_height_m
         )
     except ArgumentError as error:

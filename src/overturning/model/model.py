@@ -129,7 +129,7 @@ class Model(ABC):
         return False
 
     @property
-    def azimuth_period_attribute_or_empty(self) -> dict[str, float]:
+    def azimuth_period_attribute_in_2d_or_empty(self) -> dict[str, float]:
         """Attribute ``period`` (degrees) of the azimuth coordinate of a 2-D results dataset; no attribute in 3-D."""
         return {}
 
@@ -155,10 +155,11 @@ class Model(ABC):
             Shape (directions, 1) or (directions, aspects).
         """
         return first_equivalent_of_each_direction(
-            grid.direction_values_deg, self._symmetry_periods_of_grid_deg(grid) if use_symmetry else FULL_TURN_DEG
+            grid.direction_values_deg,
+            self._symmetry_periods_of_grid_aspects_deg(grid) if use_symmetry else FULL_TURN_DEG,
         )
 
-    def _symmetry_periods_of_grid_deg(self, grid: CaseGrid) -> FloatArray:
+    def _symmetry_periods_of_grid_aspects_deg(self, grid: CaseGrid) -> FloatArray:
         """Return the symmetry period (degrees) for each aspect D/B of a grid; shape (1,) for a grid without aspects."""
         return self.symmetry_periods_by_aspect_deg(grid["aspect"] if "aspect" in grid.dimension_names else np.ones(1))
 

@@ -175,7 +175,7 @@ def azimuths_in_results_bias_mean_fall_axis(cube: "xr.Dataset") -> bool:
     return "azimuth" in cube.dims and plane_azimuths_alone_impose_fall_axis(cube["azimuth"].to_numpy())
 
 
-def case_weight_at_each_azimuth(
+def case_weights_by_azimuth_spacing(
     plane_azimuth_deg: ArrayLike, symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
 ) -> FloatArray:
     """Return the weight of the cases at each azimuth when shares of all cases are computed; the mean weight is 1.
@@ -255,7 +255,7 @@ class PlanarModel(SceneModel):
 
     @property
     @override
-    def azimuth_period_attribute_or_empty(self) -> dict[str, float]:
+    def azimuth_period_attribute_in_2d_or_empty(self) -> dict[str, float]:
         return {"period": azimuth_period_of_outcome_deg(self.scene)}
 
     @override
@@ -293,7 +293,7 @@ class PlanarModel(SceneModel):
         found = super().simulated_direction_for_each_direction(grid, use_symmetry)
         if not use_symmetry:
             return found
-        return copy_with_mirrored_planes_marked(found, float(self._symmetry_periods_of_grid_deg(grid)[0]))
+        return copy_with_mirrored_planes_marked(found, float(self._symmetry_periods_of_grid_aspects_deg(grid)[0]))
 
     @override
     def adapt_and_mark_copied_outcomes_in_place(

@@ -202,7 +202,7 @@ def _max_cosine_to_straight_down_on_arcs(
     return np.where(arc & between, norm, ends)
 
 
-def hull_vertices_and_edges(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+def convex_vertices_from_mass_centre_and_edges(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return a convex body's vertices relative to the centre of mass, m, and its edges as pairs of vertex indices."""
     hull = _hull_of_checked_convex_vertices(vertices)
     edges = set()

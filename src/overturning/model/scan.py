@@ -314,7 +314,7 @@ class ScanResult(NamedTuple):
         return lines
 
 
-def stone_from_surface(
+def stone_in_nearest_stable_pose_from_surface(
     surface: TriangleSurface,
     mesh_change_notes: list[str],
     stone_name: str,
@@ -335,7 +335,7 @@ def stone_from_surface(
     if (
         max_load_bearing_base_point_height_m is None
         and pose.scan_tilt_from_stable_pose_deg == 0.0
-        and (solid := _scan_as_polyhedron_if_convex(used, found, stone_name)) is not None
+        and (solid := _scan_as_convex_polyhedron_if_possible(used, found, stone_name)) is not None
     ):
         return ScanResult(solid, found.signed_volume, pose, mesh_change_notes)
     placed = used @ pose.rotation_matrix_from_scan_axes.T
@@ -358,7 +358,7 @@ def stone_from_surface(
     return ScanResult(shape, found.signed_volume, pose, mesh_change_notes)
 
 
-def _scan_as_polyhedron_if_convex(
+def _scan_as_convex_polyhedron_if_possible(
     points: FloatArray, mass_properties: MassProperties, stone_name: str
 ) -> Polyhedron | None:
     """Return a scan as a polyhedron; None if it is not convex, bears load above its base, or has too many vertices."""

@@ -46,7 +46,7 @@ class Scene(StrictModel):
     elements: tuple[Element, ...] = Field(min_length=2, max_length=MAX_SCENE_ELEMENTS, description="the elements")
 
     @model_validator(mode="after")
-    def _check_names_kinds_and_contact_laws(self) -> Self:
+    def _check_unique_known_names_and_element_kinds(self) -> Self:
         """Raise a ValueError if names are repeated or unknown, or if the scene has no driven or no free element."""
         names = [element.name for element in self.elements]
         twice = sorted({name for name in names if names.count(name) > 1})

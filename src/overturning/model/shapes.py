@@ -12,7 +12,7 @@ from typing_extensions import override
 from overturning.arrays import FloatArray, convert_argument_to_finite_array
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_stone_heights_within_allowed_range
-from overturning.model.polyhedron import hull_vertices_and_edges, solid_from_vertices
+from overturning.model.polyhedron import convex_vertices_from_mass_centre_and_edges, solid_from_vertices
 from overturning.model.solid import UNIT_RADIUS_RIM_CONTACT_POINTS, RigidSolid
 
 MAX_PRISM_SIDES: Final = 96
@@ -171,7 +171,7 @@ class Polyhedron(Shape):
 
     @override
     def drawn_corners_and_edges(self, height: float, b_over_h: float, depth_over_width: float) -> CornersAndEdges:
-        corners, edges = hull_vertices_and_edges(np.asarray(self.vertices))
+        corners, edges = convex_vertices_from_mass_centre_and_edges(np.asarray(self.vertices))
         return corners * (height / self.unscaled_height), edges
 
 

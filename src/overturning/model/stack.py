@@ -136,7 +136,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> SimulatedDirectionsForRequestedDirections:
         """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
-        period = self._symmetry_periods_of_grid_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
+        period = self._symmetry_periods_of_grid_aspects_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period
         return replace(
             super().simulated_direction_for_each_direction(grid, use_symmetry),

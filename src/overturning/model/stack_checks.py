@@ -8,7 +8,7 @@ import numpy as np
 from overturning.errors import ArgumentError
 from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RATIO
 from overturning.model.element import ContactLaw
-from overturning.model.geometry import PlacedElement, place_elements
+from overturning.model.geometry import PlacedElement, scale_and_place_elements
 from overturning.model.scene import Scene
 from overturning.model.stack_stones import (
     LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO,
@@ -68,16 +68,16 @@ def reasons_scene_is_no_stack(scene: Scene) -> list[str]:
 
 def _reasons_stones_are_not_level_or_balanced(scene: Scene) -> list[str]:
     """Return reasons why stones of a scene do not stand in balance with level faces; an empty list if they do."""
-    ground, *placed = place_elements(scene)
+    ground, *placed = scale_and_place_elements(scene)
     faults = []
     for item, following in zip(placed, [*placed[1:], None], strict=True):
         for name, lowest in (("base", True), ("upper face", False)):
             if lowest or following is not None:
                 left, right = end_x_of_lowest_or_highest_face(item, lowest)
-                whole = _length_of_lowest_or_highest_face(item, lowest) >= (right - left) * (
+                whole = _outline_length_at_lowest_or_highest_level(item, lowest) >= (right - left) * (
                     1.0 - LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO
                 )
-                flat = _length_of_lowest_or_highest_face(item, lowest) > 0.0
+                flat = _outline_length_at_lowest_or_highest_level(item, lowest) > 0.0
                 faults += [f"element {item.element.name} has no level {name}"] if not flat else []
                 faults += [f"element {item.element.name} has a gap in its {name}"] if flat and not whole else []
     ends = placed[0].vertices_in_scene[:, 0] - ground.centre_of_mass_x
@@ -135,7 +135,7 @@ def _contact_tilt_text(contact_before_tipping: TiltAtFurtherContactBeforeTipping
     return f"at a tilt of {tilt_deg:.3g}°, before it tips"
 
 
-def _length_of_lowest_or_highest_face(placed_element: PlacedElement, use_lowest_face: bool) -> float:
+def _outline_length_at_lowest_or_highest_level(placed_element: PlacedElement, use_lowest_face: bool) -> float:
     """Return the total length (m) of an element's outline at its lowest, or highest, level."""
     x, z = placed_element.shape.vertices_from_whole_polygon_centroid.T
     on = np.abs(z - (z.min() if use_lowest_face else z.max())) <= LEVEL_FACE_TOLERANCE_TO_STONE_HEIGHT_RATIO * np.ptp(z)

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.model.element import ContactLaw, Element, PlanShape
-from overturning.model.geometry import PlacedElement, place_elements
+from overturning.model.geometry import PlacedElement, scale_and_place_elements
 from overturning.model.scene import Scene
 from overturning.model.shapes import Cylinder, RegularPrism
 
@@ -87,7 +87,7 @@ def stack_stones(
 
     A change of B/H changes width and depth of the reference element in the same proportion.
     """
-    placed = place_elements(scene, reference_element_height, reference_element_b_over_h)
+    placed = scale_and_place_elements(scene, reference_element_height, reference_element_b_over_h)
     own_width, own_height = scene.element(scene.size_reference_element_name).unrotated_width_and_height
     scale = 1.0 if reference_element_height is None else reference_element_height / own_height
     wider = 1.0 if reference_element_b_over_h is None else reference_element_b_over_h * own_height / own_width

@@ -103,7 +103,7 @@ def repair_surface_and_close_base(surface: TriangleSurface) -> tuple[TriangleSur
     notes = [f"triangles that are listed more than once are used once; {repeated} left out"] if repeated else []
     edges = open_edges(surface.triangles)
     if len(edges):
-        surface, deviation = _close_base_with_triangle_fan(surface, edges)
+        surface, deviation = _close_base_and_measure_rim_flatness(surface, edges)
         notes.append(
             f"the open base is closed by a flat lid; its {len(edges)} open edges lie within {1000 * deviation:.2g} mm "
             "of a plane"
@@ -236,7 +236,7 @@ def _triangle_pairs_of_same_solid_at_edge(
     return np.array(pairs, np.int64).reshape(-1, 2)
 
 
-def _close_base_with_triangle_fan(
+def _close_base_and_measure_rim_flatness(
     surface: TriangleSurface, directed_open_edges: NDArray[np.int64]
 ) -> tuple[TriangleSurface, float]:
     """Close the open base of a surface with a fan of triangles; also return how far (m) its rim deviates from a plane.

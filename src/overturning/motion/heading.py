@@ -48,7 +48,7 @@ def _azimuth_deg_of_vector(northward_component: float, eastward_component: float
 def daubechies_wavelet_values() -> FloatArray:
     """Return the Daubechies wavelet db4 (unit energy) at arguments from 0 to 7 in steps of 1/256, shape (1793,)."""
 
-    def filter_frequency_response(
+    def wavelet_filter_response_over_sqrt_2(
         filter_taps: FloatArray, frequencies_in_cycles_per_sample: FloatArray
     ) -> NDArray[np.complex128]:
         turns = np.exp(-2j * np.pi * np.multiply.outer(frequencies_in_cycles_per_sample, np.arange(filter_taps.size)))
@@ -56,11 +56,11 @@ def daubechies_wavelet_values() -> FloatArray:
 
     period = _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS + 1  # slightly more than the support, to avoid wrap-around
     half = np.arange(period * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT // 2 + 1) / (2.0 * period)
-    transform = filter_frequency_response(
+    transform = wavelet_filter_response_over_sqrt_2(
         _DAUBECHIES_SCALING_FILTER[::-1] * (-1.0) ** np.arange(_DAUBECHIES_SCALING_FILTER.size), half
     )
     for level in range(1, 25):
-        transform *= filter_frequency_response(_DAUBECHIES_SCALING_FILTER, half / 2.0**level)
+        transform *= wavelet_filter_response_over_sqrt_2(_DAUBECHIES_SCALING_FILTER, half / 2.0**level)
     return (
         np.fft.irfft(transform, period * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT)[
             : _WAVELET_SUPPORT_LENGTH_IN_ARGUMENT_UNITS * _WAVELET_SAMPLES_PER_ARGUMENT_UNIT + 1

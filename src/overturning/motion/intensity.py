@@ -122,7 +122,7 @@ def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
     )
     # Perpendicular to a linear motion, rounding may give a tiny negative sum.
     return (
-        math.pi / (2.0 * STANDARD_GRAVITY) * np.maximum(_component_product_factors_by_azimuth(cosines) @ squares, 0.0)
+        math.pi / (2.0 * STANDARD_GRAVITY) * np.maximum(_north_east_product_factors_by_azimuth(cosines) @ squares, 0.0)
     )
 
 
@@ -146,7 +146,7 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     summed = integrate(_products_nn_ne_ee_of_horizontal_components(motion), motion.sampling_interval)
     time = np.arange(motion.sample_count) * motion.sampling_interval
     measure = np.zeros(cosines.shape[0])
-    for row, form in enumerate(_component_product_factors_by_azimuth(cosines)):
+    for row, form in enumerate(_north_east_product_factors_by_azimuth(cosines)):
         along = form @ summed
         # Perpendicular to a linear motion, rounding gives tiny negative increments: keep the integral monotonic.
         along = np.maximum.accumulate(along)
@@ -161,7 +161,7 @@ def _products_nn_ne_ee_of_horizontal_components(motion: Accelerogram) -> FloatAr
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 
 
-def _component_product_factors_by_azimuth(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
+def _north_east_product_factors_by_azimuth(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
     """Return the factors of n², n e and e² (n north, e east) in the squared motion along m azimuths, shape (m, 3)."""
     c, s = north_east_cosines_by_azimuth[:, 0], north_east_cosines_by_azimuth[:, 1]
     return np.column_stack([c * c, 2.0 * c * s, s * s])

@@ -51,12 +51,12 @@ def largest_filtered_motion_along_azimuths(
     largest = np.zeros(len(cosines))
     coefficients = np.stack([filter_numerator_coefficients, filter_denominator_coefficients])
     _update_largest_filtered_motion(
-        north, east, coefficients, cosines, _middle_azimuths_and_max_sines_of_groups(cosines), largest
+        north, east, coefficients, cosines, _middle_cosines_and_max_sine_of_azimuth_groups(cosines), largest
     )
     return largest
 
 
-def _middle_azimuths_and_max_sines_of_groups(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
+def _middle_cosines_and_max_sine_of_azimuth_groups(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
     """Return the middle azimuth of each group of azimuths, and the largest sine of the angle to it.
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).

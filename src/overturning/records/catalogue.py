@@ -88,7 +88,7 @@ class RecordDescriptionInTableRow(BaseModel, extra="forbid", frozen=True, use_at
     """Terms under which the data may be used."""
 
     @model_validator(mode="after")
-    def _check_coordinate_pairs_and_trace_source(self) -> "RecordDescriptionInTableRow":
+    def _check_coordinate_pairs_and_fault_trace_source(self) -> "RecordDescriptionInTableRow":
         """Raise a ValueError for a latitude without longitude (or the reverse) or a fault trace without source."""
         for place in ("station", "epicentre"):
             pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
@@ -219,7 +219,7 @@ def _find_files_named_in_source_column(table_row: RecordTableRow, data_dir: Path
             located.append(
                 (
                     word.removeprefix(SOURCE_PREFIX_OF_PACKAGED_EXAMPLE),
-                    _example_file_path(table_row, word.removeprefix(SOURCE_PREFIX_OF_PACKAGED_EXAMPLE)),
+                    _example_zip_path(table_row, word.removeprefix(SOURCE_PREFIX_OF_PACKAGED_EXAMPLE)),
                 )
             )
             continue
@@ -239,7 +239,7 @@ def _find_files_named_in_source_column(table_row: RecordTableRow, data_dir: Path
     return located
 
 
-def _example_file_path(table_row: RecordTableRow, example_name: str) -> Path:
+def _example_zip_path(table_row: RecordTableRow, example_name: str) -> Path:
     """Return the path of an example record's zip file in the package; a MissingDataError for an unknown name."""
     folder = Path(__file__).parent / "examples"
     path = folder / f"{example_name}.zip"

@@ -22,7 +22,7 @@ from overturning.records.record import (
     displacement_drift_evidence,
     largest_pga_pgv_pgd_of_components,
     processing_entry_text,
-    raw_or_processed_data_label,
+    processing_state_label,
 )
 from overturning.records.source import SourceFile, has_non_record_name, read_source_file
 
@@ -192,7 +192,7 @@ def format_record_check(record_check: RecordCheckResult) -> str:
         )
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
-    kind = raw_or_processed_data_label(record)
+    kind = processing_state_label(record)
     lines = [
         head,
         f"  {record.extra['format']}, {kind}: {'; '.join(what)}",

@@ -86,7 +86,11 @@ def fetch_url(
         return path
     kept = "the part that was received is kept and resumed next time"
     call_with_retries(
-        lambda: _resume_download(url, part, timeout_s), url_without_credentials(url), max_tries, first_pause_s, kept
+        lambda: _resume_download(url, part, timeout_s),
+        url_without_credentials_query_and_fragment(url),
+        max_tries,
+        first_pause_s,
+        kept,
     )
     wrong = ""
     with part.open("rb") as file:
@@ -112,7 +116,7 @@ def _checked_download_file_name(url: str, expected_sha256: str, requested_file_n
     """Return the requested file name, or the last part of the URL; raise an error for an unusable URL, hash or name."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
-        raise ArgumentError(f"url: {url_without_credentials(url)!r}; give an http or https address")
+        raise ArgumentError(f"url: {url_without_credentials_query_and_fragment(url)!r}; give an http or https address")
     if parts.username or parts.password:
         raise ArgumentError(f"url: credentials do not belong in an address; {CREDENTIALS_INSTRUCTION}")
     if parts.hostname.endswith("bosai.go.jp"):
@@ -128,7 +132,7 @@ def _checked_download_file_name(url: str, expected_sha256: str, requested_file_n
     return target
 
 
-def url_without_credentials(url: str) -> str:
+def url_without_credentials_query_and_fragment(url: str) -> str:
     """Return a URL without user, password, query and fragment, for messages."""
     parts = urlsplit(url)
     return f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
@@ -147,12 +151,13 @@ def _resume_download(url: str, partial_file: Path, timeout_s: float) -> None:
         status, content_range = answer.status_code, answer.headers.get("Content-Range", "")
         if status in (401, 403):
             raise MissingDataError(
-                f"{url_without_credentials(url)}: the server wants an account (status {status}); "
+                f"{url_without_credentials_query_and_fragment(url)}: the server wants an account (status {status}); "
                 f"{CREDENTIALS_INSTRUCTION}"
             )
         if status in (404, 410):
             raise MissingDataError(
-                f"{url_without_credentials(url)}: there is no such file (status {status}); check the address"
+                f"{url_without_credentials_query_and_fragment(url)}: there is no such file (status {status}); check "
+                f"the address"
             )
         if status == 416 and content_range.rpartition("/")[2] == str(have):
             return  # The partial file is complete.

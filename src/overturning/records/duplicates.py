@@ -37,7 +37,7 @@ class MotionFingerprint:
     ]  # north + i east, shape (2 SAMPLE_COUNT_EACH_SIDE_OF_PEAK + 1,), zero beyond the record
 
 
-def motion_fingerprint(record: Record) -> MotionFingerprint | None:
+def fingerprint_of_recorded_motion(record: Record) -> MotionFingerprint | None:
     """Compute the fingerprint of a record for finding duplicates; None for synthetic pulses and motions from Python."""
     if record.extra.get("format") == "synthetic" or record.extra.get("given"):
         return None
@@ -114,5 +114,7 @@ def duplicate_record_messages(id_pairs_of_duplicate_records: Iterable[tuple[str,
 
 def refuse_duplicate_records(records: Iterable[Record]) -> None:
     """Raise a ConfigError that names the records that have the same samples."""
-    if texts := duplicate_record_messages(find_id_pairs_of_duplicate_records(map(motion_fingerprint, records))):
+    if texts := duplicate_record_messages(
+        find_id_pairs_of_duplicate_records(map(fingerprint_of_recorded_motion, records))
+    ):
         raise ConfigError("\n       ".join(texts))

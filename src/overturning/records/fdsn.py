@@ -111,12 +111,12 @@ def fetch_fdsn_record(
                 waves, "MiniSEED", get, lambda file: _check_waveform_is_complete_and_ends_as_requested(file, start, end)
             )
         )
-    for note in _incomplete_channel_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
+    for note in _notes_on_channels_not_filling_time_window(SourceFile(waves.name, waves.read_bytes()), start, end):
         report_missing_window_part(note)
     return [waves, metadata]
 
 
-def _incomplete_channel_notes(
+def _notes_on_channels_not_filling_time_window(
     waveform_file: SourceFile, requested_start_utc: Any, requested_end_utc: Any
 ) -> Iterator[str]:
     """Yield a note for each channel that begins or ends more than 2 s inside the requested window."""

@@ -19,7 +19,7 @@ def is_vertical_component(component: RecordComponent) -> bool:
     return bool(component.vertical_sense) or is_vertical_axis_name_without_up_or_down(component.axis_name_in_file)
 
 
-def find_similarly_named_files(paths_of_one_record: Sequence[Path]) -> list[Path]:
+def find_nearby_files_by_name_similarity(paths_of_one_record: Sequence[Path]) -> list[Path]:
     """Return files next to a record's file with the same extension or stem, the most similar names first."""
     first, names = paths_of_one_record[0], {path.name for path in paths_of_one_record}
     others = [

@@ -25,7 +25,7 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.formats.table import find_format_by_name_or_none_if_auto
 from overturning.records.grouping import belongs_to_record, group_components_by_record
-from overturning.records.neighbours import find_similarly_named_files, is_vertical_component
+from overturning.records.neighbours import find_nearby_files_by_name_similarity, is_vertical_component
 from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.source import is_archive, read_source_file
@@ -207,7 +207,7 @@ def notes_if_other_file_has_vertical_component(
         or any(map(is_vertical_component, components))
     ):
         return []
-    for path in find_similarly_named_files(paths):
+    for path in find_nearby_files_by_name_similarity(paths):
         with suppress(OverturningError):
             found = read_components([read_source_file(path)], user_declared_properties)
             if any(is_vertical_component(one) and belongs_to_record(components, one) for one in found):

@@ -160,7 +160,7 @@ def processing_entry_text(entry: Mapping[str, Any]) -> str:
             return str(other)
 
 
-def raw_or_processed_data_label(record: Record) -> str:
+def processing_state_label(record: Record) -> str:
     """Return a text on the processing of a record: "raw", "processed by AGENCY", "synthetic", "as given" etc."""
     if record.extra.get("given"):
         return "as given"
@@ -213,7 +213,7 @@ def processing_peaks_and_notes_of_record(record: Record) -> dict[str, Any]:
     effects = [step["effect"] for step in record.processing]
     now = largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)
     return {
-        "data": raw_or_processed_data_label(record),
+        "data": processing_state_label(record),
         "agency": record.extra.get("agency_processing", ""),
         "steps": list(record.processing),
         "peaks": {name: [effects[0][name][0] if effects else peak, peak] for name, peak in now.items()},

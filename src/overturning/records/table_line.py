@@ -14,7 +14,7 @@ from overturning.records.catalogue import RecordTableRow, read_record_table
 from overturning.records.duplicates import (
     duplicate_record_messages,
     find_id_pairs_of_duplicate_records,
-    motion_fingerprint,
+    fingerprint_of_recorded_motion,
 )
 from overturning.records.earthquakes import assign_records_to_earthquakes
 from overturning.records.processing import process_record
@@ -121,7 +121,9 @@ def earthquake_and_duplicate_notes_on_new_record(
         f"earthquakes: {note}" for note in assign_records_to_earthquakes([*others, record]).notes if note not in known
     ]
     read = [process_record(one, None) for one in others if isinstance(one, Record)]
-    texts = duplicate_record_messages(find_id_pairs_of_duplicate_records(map(motion_fingerprint, [*read, record])))
+    texts = duplicate_record_messages(
+        find_id_pairs_of_duplicate_records(map(fingerprint_of_recorded_motion, [*read, record]))
+    )
     return notes + [f"  {text}" for text in texts if record.record_id in text.split()]
 
 

@@ -12,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.answer import (
     PlottedEstimate,
-    fall_alignment_with_references_figure,
+    fall_alignment_with_reference_axes_figure,
     overturned_shares_and_difference_figure,
 )
 from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_by_intensity_figure
@@ -23,7 +23,7 @@ from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.record import second_title_line_with_scene_and_element
 from overturning.figures.scene import draw_scenes_side_by_side
 from overturning.figures.site_map import figures_with_several_earthquake_maps, mappable_earthquakes
-from overturning.figures.study import all_records_figure_functions_by_name
+from overturning.figures.study import all_records_non_map_figure_functions_by_name
 from overturning.figures.style import arrange_panels_for_phone, use_package_matplotlib_settings
 from overturning.figures.survey import SurveyFigureData, survey_falls_figure
 from overturning.figures.svg_translation import translate_svg
@@ -155,7 +155,7 @@ _REQUIREMENT_BY_FIGURE: Final = {
 """Settings of a study without which it lacks a figure of `STUDY_FIGURES`."""
 
 
-def write_figures_drawn_with_report(results: StudyResults, findings: Findings, output_folder: Path) -> dict[str, Path]:
+def write_report_only_figures(results: StudyResults, findings: Findings, output_folder: Path) -> dict[str, Path]:
     """Write the figures that only the report shows, and phone versions, into a folder; return their paths by name."""
     draw: dict[str, Callable[[], Figure]] = {}
     for kind, functions in FIGURES_DRAWN_WITH_REPORT.items():
@@ -177,7 +177,7 @@ def write_figures_drawn_with_report(results: StudyResults, findings: Findings, o
 def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findings) -> Iterator[tuple[str, "Figure"]]:
     """Draw phone versions of study figures that the report always shows (not collapsed); yield names and figures."""
     groups = results.fall_axes_from_fault_normal_by_record_group
-    draw = all_records_figure_functions_by_name(
+    draw = all_records_non_map_figure_functions_by_name(
         results.reference_element_cube, results.intensity_measures, results.logistic_fit, groups
     )
     if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
@@ -234,7 +234,7 @@ def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
         groups[group.record_group] = {
             one.reference: convert_to_plotted_estimate(one.alignment_over_all_b_over_h) for one in axes
         }
-    return fall_alignment_with_references_figure(groups)
+    return fall_alignment_with_reference_axes_figure(groups)
 
 
 def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, legend_names: tuple[str, str]) -> "Figure":

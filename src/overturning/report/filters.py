@@ -25,7 +25,7 @@ def format_number(value: float | None, decimals: int = 2) -> str:
     return (text.replace("-", "−") if float(text) != 0 else text.replace("-", "")).replace("inf", "∞")
 
 
-def format_significant_digits(value: float | None, significant_digits: int = 2) -> str:
+def format_with_all_integer_digits(value: float | None, significant_digits: int = 2) -> str:
     """Format a number with significant digits, and all digits before the decimal point: 0.29, 6.3, 120."""
     if _is_none_or_nan(value) or value == 0 or math.isinf(value or 0.0):
         return format_number(value, 0)
@@ -57,12 +57,12 @@ def format_without_trailing_zeros(value: float | None) -> str:
     return NO_VALUE if _is_none_or_nan(value) else f"{value:g}".replace("-", "−")
 
 
-def format_three_significant_digits(value: float | None) -> str:
+def format_at_least_three_significant_digits(value: float | None) -> str:
     """Format a number with three significant digits, with a power of ten if it is very small or large: 0.00143."""
     return NO_VALUE if _is_none_or_nan(value) else f"{value:.3g}"
 
 
-def format_degrees(angle_deg: float | None, angle_wrapping_period_deg: int = 0) -> str:
+def format_whole_degrees(angle_deg: float | None, angle_wrapping_period_deg: int = 0) -> str:
     """Format an angle as whole degrees; with `angle_wrapping_period_deg` (180 or 360), as the angle below that.
 
     Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
@@ -203,12 +203,12 @@ def _is_none_or_nan(value: float | None) -> bool:
 
 LANGUAGE_INDEPENDENT_TEMPLATE_FILTERS: Final[dict[str, Callable[..., str]]] = {
     "number": format_number,
-    "significant": format_significant_digits,
+    "significant": format_with_all_integer_digits,
     "percent": format_percent,
     "count": format_count,
     "plain": format_without_trailing_zeros,
-    "three_digits": format_three_significant_digits,
-    "degrees": format_degrees,
+    "three_digits": format_at_least_three_significant_digits,
+    "degrees": format_whole_degrees,
     "p_value": format_p_value,
     "address": percent_encode,
     "counted": format_count_with_noun,

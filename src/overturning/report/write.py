@@ -13,7 +13,7 @@ from overturning.findings.results import open_study_results
 from overturning.report.drawings import (
     names_of_shown_figures_by_record,
     svg_path_by_study_figure_name,
-    write_figures_drawn_with_report,
+    write_report_only_figures,
     write_translated_figures,
 )
 from overturning.report.page import render_report_html_page
@@ -102,7 +102,7 @@ def write_report(
         found, language = read_findings(results_folder / FINDINGS_FILE_NAME), language or opened.study.language
         check_language_is_known(language)
         figures = svg_path_by_study_figure_name(results_folder / "figures")
-        figures |= write_figures_drawn_with_report(opened, found, Path(drawings))
+        figures |= write_report_only_figures(opened, found, Path(drawings))
         folder = results_folder / "figures" / "illustrative"
         cases = {f"film-{number}": case for number, case in enumerate(read_illustrative_case_list(folder), 1)}
         figures |= {f"{name}-strip": folder / case.film_strip_file_name for name, case in cases.items()}

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches_and_join, record_masks_by_group
@@ -73,7 +73,7 @@ def fault_normal_alignments_by_record_group(
     sums = apply_to_record_batches_and_join(
         partial(_count_falls_and_sum_fall_axes_by_selection_rule, block_selection_rules),
         cube,
-        default_model_for_results_cube(cube).variable_names_read_for_fall_probability,
+        default_model_of_same_kind_as_results_cube(cube).variable_names_read_for_fall_probability,
     ).transpose("record", "rule")
     vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
         ~unknown_outcomes_may_bias_fall_axis(sums) & (not azimuths_in_results_bias_mean_fall_axis(cube))
@@ -100,7 +100,7 @@ def _count_falls_and_sum_fall_axes_by_selection_rule(
 
     The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.
     """
-    model, share = default_model_for_results_cube(cube), share_of_directions_with_overturning(cube)
+    model, share = default_model_of_same_kind_as_results_cube(cube), share_of_directions_with_overturning(cube)
     weighted = fall_weights_and_direction_components_by_case(cube).drop_vars(["direction_cosine", "direction_sine"])
     over = (model.direction_dimension_name, *model.case_dims_without_direction)
     return xr.concat(

@@ -249,7 +249,7 @@ def mean_over_earthquakes(
     The interval of the mean is that of `bootstrap_interval`. `value_bounds` are the smallest and largest possible value
     of the quantity, such as −1 and 1 of a cosine, or of the difference between two shares.
     """
-    means = _finite_means_by_earthquake(value_by_record, earthquake_name_by_record)
+    means = _means_of_earthquakes_with_finite_values(value_by_record, earthquake_name_by_record)
     if means.size == 0:
         return MeanOverEarthquakes(0, *(math.nan,) * 3)
     ends = bootstrap_interval(
@@ -271,7 +271,7 @@ def mean_share_over_earthquakes(
 
     The interval is that of `mean_share_interval`.
     """
-    means = _finite_means_by_earthquake(share_by_record, earthquake_name_by_record)
+    means = _means_of_earthquakes_with_finite_values(share_by_record, earthquake_name_by_record)
     if means.size == 0:
         return MeanOverEarthquakes(0, *(math.nan,) * 3)
     return MeanOverEarthquakes(
@@ -374,7 +374,7 @@ def exact_median_interval(independent_values: ArrayLike, confidence_level: float
     return ConfidenceInterval(float(ordered[below - 1]), float(ordered[ordered.size - below]))
 
 
-def _finite_means_by_earthquake(
+def _means_of_earthquakes_with_finite_values(
     value_by_record: FloatArray, earthquake_name_by_record: Sequence[str] | NDArray[np.str_]
 ) -> FloatArray:
     """Average the finite values of each earthquake's records, shape (earthquakes with a finite value,)."""

@@ -54,7 +54,9 @@ def ishiyama_velocity_limit(height: ArrayLike, b_over_h: ArrayLike) -> FloatArra
     )
 
 
-def ishiyama_acceleration_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+def max_of_west_and_ishiyama_acceleration_limits(
+    height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike
+) -> FloatArray:
     """Return the PGA (m/s²) above which a block overturns: the larger of West's and Ishiyama's limits.
 
     The limits are g B/H and `ishiyama_velocity_limit` divided by PGV/PGA, s.
@@ -156,7 +158,9 @@ def _west_limit_of_each_block_and_motion(height: ArrayLike, b_over_h: ArrayLike,
 OVERTURNING_CRITERIA: Final = (
     OverturningCriterion("West", "PGA above g B/H", _west_limit_of_each_block_and_motion),
     OverturningCriterion(
-        "Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration_limit
+        "Ishiyama",
+        "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)",
+        max_of_west_and_ishiyama_acceleration_limits,
     ),
     OverturningCriterion(
         "Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_median_fall_pga
@@ -195,17 +199,17 @@ class WeightedFallPredictionCounts(NamedTuple):
     @property
     def actual_fall_share(self) -> Any:
         """Weighted share of all cases in which the block falls, predicted or not."""
-        return _divide_or_nan(self.hits + self.misses, sum(self))
+        return _divide_with_nan_for_zero_over_zero(self.hits + self.misses, sum(self))
 
     @property
     def hit_rate(self) -> Any:
         """Weighted share, of the cases in which the block falls, for which a fall is predicted."""
-        return _divide_or_nan(self.hits, self.hits + self.misses)
+        return _divide_with_nan_for_zero_over_zero(self.hits, self.hits + self.misses)
 
     @property
     def false_alarm_rate(self) -> Any:
         """Weighted share, of the cases in which the block stands, for which a fall is predicted."""
-        return _divide_or_nan(self.false_alarms, self.false_alarms + self.correct_rejections)
+        return _divide_with_nan_for_zero_over_zero(self.false_alarms, self.false_alarms + self.correct_rejections)
 
     @property
     def peirce_skill_score(self) -> Any:
@@ -213,7 +217,7 @@ class WeightedFallPredictionCounts(NamedTuple):
         return self.hit_rate - self.false_alarm_rate
 
 
-def _divide_or_nan(numerator: Any, denominator: Any) -> Any:
+def _divide_with_nan_for_zero_over_zero(numerator: Any, denominator: Any) -> Any:
     """Divide two numbers or arrays; the result is NaN for 0/0."""
     with np.errstate(invalid="ignore"):
         return np.divide(numerator, denominator)
@@ -405,4 +409,8 @@ def _skill_within_blocks_weighted_by_outcome_variance(
     counts = WeightedFallPredictionCounts.from_count_array(prediction_counts_by_earthquake_and_block.sum(axis=-3))
     skill, fall_share = counts.peirce_skill_score, counts.actual_fall_share
     weight = np.where(np.isfinite(skill), fall_share * (1 - fall_share), 0.0)
-    return np.asarray(_divide_or_nan((weight * np.where(weight > 0, skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)))
+    return np.asarray(
+        _divide_with_nan_for_zero_over_zero(
+            (weight * np.where(weight > 0, skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)
+        )
+    )

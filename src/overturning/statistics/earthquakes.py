@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
@@ -47,13 +47,13 @@ BOUNDS_OF_COSINE_DIFFERENCE = (-2.0, 2.0)
 """Smallest and largest possible difference between two cosines."""
 
 
-def fall_counts_and_vector_sums_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
+def fall_sums_for_direction_statistics_by_record(cube: xr.Dataset, *kept_dims: str) -> xr.Dataset:
     """Sum falls and fall vectors for each record, over azimuths and the blocks that direction statistics use.
 
     Only the dimensions ``kept_dims`` and ``record`` are kept. See `sum_fall_vectors_over_directions`, and
     `mask_of_blocks_for_direction_statistics` for the blocks.
     """
-    model = default_model_for_results_cube(cube)
+    model = default_model_of_same_kind_as_results_cube(cube)
     over = [name for name in model.case_dims_without_direction if name not in kept_dims]
     made = apply_to_record_batches_and_join(
         partial(sum_fall_vectors_over_directions, summed_dims=over, only_informative_blocks=True),
@@ -71,7 +71,7 @@ def mean_fall_directions_and_axes_by_record(cube: xr.Dataset) -> xr.Dataset:
     the axis (`unknown_outcomes_may_bias_fall_axis`). All others are missing there, and if the planes of the cube impose
     the axis (`plane_azimuths_alone_impose_fall_axis`). The cube is read in batches of records.
     """
-    model = default_model_for_results_cube(cube)
+    model = default_model_of_same_kind_as_results_cube(cube)
     of_batch = partial(
         sum_fall_vectors_over_directions, summed_dims=model.case_dims_without_direction, only_informative_blocks=True
     )
@@ -110,7 +110,7 @@ def fall_axes_from_fault_normal_by_earthquake(cube: xr.Dataset, *kept_dims: str)
         (`unknown_outcomes_may_bias_fall_axis`). The axis is also missing if the resultant is below
         `MIN_RESULTANT_WITH_MEAN_DIRECTION`.
     """
-    sums = fall_counts_and_vector_sums_by_record(cube, *kept_dims)
+    sums = fall_sums_for_direction_statistics_by_record(cube, *kept_dims)
     vectors, events = (
         mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]).where(
             ~unknown_outcomes_may_bias_fall_axis(sums) & (not azimuths_in_results_bias_mean_fall_axis(cube))
@@ -237,7 +237,7 @@ def summarise_fall_axes(
     )
 
 
-def first_minus_second_mean_fall_alignment(
+def difference_in_mean_alignment_with_fault_normal(
     fall_axes_by_earthquake_in_first_set: xr.Dataset, fall_axes_by_earthquake_in_second_set: xr.Dataset
 ) -> MeanOverEarthquakes:
     """Compute the mean alignment of falls with the fault normal in one set of records minus that in another.
@@ -258,14 +258,14 @@ def first_minus_second_mean_fall_alignment(
     )
     n = int(np.isfinite(values).sum(axis=1).min())
 
-    def first_minus_second_mean_alignment(alignment_by_sample_earthquake_and_set: FloatArray) -> FloatArray:
+    def mean_alignment_differences_by_sample(alignment_by_sample_earthquake_and_set: FloatArray) -> FloatArray:
         counts = np.isfinite(alignment_by_sample_earthquake_and_set).sum(axis=1)
         means = np.nansum(alignment_by_sample_earthquake_and_set, axis=1) / np.where(counts > 0, counts, np.nan)
         return np.asarray(means[:, 0] - means[:, 1])
 
-    difference = float(first_minus_second_mean_alignment(values.T[None])[0])
+    difference = float(mean_alignment_differences_by_sample(values.T[None])[0])
     ends = bootstrap_interval(
-        first_minus_second_mean_alignment,
+        mean_alignment_differences_by_sample,
         values.T,
         bootstrap_sample_count=10_000,
         count_of_earthquakes_that_matter=n,
@@ -342,7 +342,7 @@ class MeanFallAlignmentByBOverH:
     best_minus_second_axis_cosines_per_b_over_h: list[MeanOverEarthquakes]
 
 
-def alignments_with_references_by_record_group(
+def alignments_with_reference_axes_by_record_group(
     cube: xr.Dataset, reference_azimuths: xr.Dataset, index_slices_along_b_over_h: Sequence[slice] | None = None
 ) -> dict[str, MeanFallAlignmentByBOverH]:
     """Compute, by group of records, the alignment of falls with reference directions such as the fault normal.
@@ -359,7 +359,7 @@ def alignments_with_references_by_record_group(
     index_slices_along_b_over_h : sequence of slice
         Ranges of positions along B/H; not given: each B/H separately.
     """
-    sums = fall_counts_and_vector_sums_by_record(cube, "b_over_h")
+    sums = fall_sums_for_direction_statistics_by_record(cube, "b_over_h")
     parts = index_slices_along_b_over_h or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
     references = {
@@ -376,12 +376,12 @@ def alignments_with_references_by_record_group(
                 mean_cosine_and_sine_to_reference(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals
             ]
     return {
-        group: _mean_alignment_with_references_in_group(cosines, members, events)
+        group: _mean_alignment_with_reference_axes_in_group(cosines, members, events)
         for group, members in record_masks_by_group(cube).items()
     }
 
 
-def _mean_alignment_with_references_in_group(
+def _mean_alignment_with_reference_axes_in_group(
     cosines_by_reference: dict[tuple[str, bool], list[FloatArray]],
     group_record_mask: NDArray[np.bool_],
     earthquake_name_by_record: NDArray[np.str_],

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import case_weight_at_each_azimuth, plane_azimuth_period_deg
+from overturning.model.planes import case_weights_by_azimuth_spacing, plane_azimuth_period_deg
 from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_share_over_earthquakes
 from overturning.statistics.by_record import iterate_results_by_record
@@ -190,7 +190,7 @@ def count_falls_of_two_stones(cube_of_this_stone: xr.Dataset, cube_of_other_ston
     """Count, for each record, the cases in which both of two stones fall, and those in which only one falls.
 
     Each stone has its own results dataset. In 2-D, the cases of an azimuth count with its weight by
-    `case_weight_at_each_azimuth`, so that azimuths added to a regular grid do not count twice.
+    `case_weights_by_azimuth_spacing`, so that azimuths added to a regular grid do not count twice.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def count_falls_of_two_stones(cube_of_this_stone: xr.Dataset, cube_of_other_ston
     """
     weights = np.ones(1)
     if "azimuth" in cube_of_this_stone.indexes:
-        weight = case_weight_at_each_azimuth(
+        weight = case_weights_by_azimuth_spacing(
             cube_of_this_stone["azimuth"].to_numpy(), plane_azimuth_period_deg(cube_of_this_stone)
         )
         flags = cube_of_this_stone["overturned"].isel(record=0)
@@ -217,12 +217,12 @@ def count_falls_of_two_stones(cube_of_this_stone: xr.Dataset, cube_of_other_ston
         iterate_results_by_record(cube_of_other_stone, _FALL_TIME_AND_AZIMUTH_VARIABLES),
         strict=True,
     )
-    rows = [_count_two_stone_falls_of_record(one, another, weights) for one, another in pairs]
+    rows = [_count_falls_of_both_or_only_one_stone(one, another, weights) for one, another in pairs]
     names = ("compared", "cases", "both", "only_this", "only_other", "same_way", "earlier", "same_time")
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
 
 
-def _count_two_stone_falls_of_record(
+def _count_falls_of_both_or_only_one_stone(
     record_cube_of_this_stone: xr.Dataset, record_cube_of_other_stone: xr.Dataset, weight_by_case: FloatArray
 ) -> list[float]:
     """Count, under one record, the cases in which both of two stones fall, and those in which only one of them does.
@@ -235,7 +235,7 @@ def _count_two_stone_falls_of_record(
     both, (way, other_way) = (
         fell & other_fell,
         (
-            _fall_azimuths_deg_from_motion_azimuth_if_2d(c)
+            _fall_azimuths_deg_relative_to_motion_if_2d(c)
             for c in (record_cube_of_this_stone, record_cube_of_other_stone)
         ),
     )
@@ -248,7 +248,7 @@ def _count_two_stone_falls_of_record(
     return [float(known.sum()), *(float((cells * weight_by_case).sum()) for cells in counted)]
 
 
-def _fall_azimuths_deg_from_motion_azimuth_if_2d(record_cube: xr.Dataset) -> FloatArray:
+def _fall_azimuths_deg_relative_to_motion_if_2d(record_cube: xr.Dataset) -> FloatArray:
     """Return the fall azimuth of each simulated case, degrees; in 2-D relative to the azimuth of the motion.
 
     For planar models it is 0 or 180, relative to the azimuth of the motion. It has no meaning where the block stands.
@@ -258,7 +258,7 @@ def _fall_azimuths_deg_from_motion_azimuth_if_2d(record_cube: xr.Dataset) -> Flo
     return np.where(record_cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
-def mean_shares_of_two_stone_falls(
+def compare_falls_of_two_stones_over_earthquakes(
     two_stone_fall_counts_by_record: xr.Dataset, earthquake_name_by_record: NDArray[np.str_]
 ) -> StoneFallComparisonOfTwoCubes:
     """Convert counts of two stones' falls under each record to shares of cases, as means over earthquakes.

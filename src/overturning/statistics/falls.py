@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import (
     MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS,
     PLANE_WEIGHT_EQUALITY_TOLERANCE,
@@ -118,7 +118,7 @@ def overturned_share(cube: xr.Dataset, *kept_dims: str) -> xr.DataArray:
     dims = [name for name in falls.dims if name not in kept_dims]
     if "azimuth" not in dims:
         return falls.mean(dims).compute()
-    planes = default_model_for_results_cube(cube).distinct_direction_indices(cube)
+    planes = default_model_of_same_kind_as_results_cube(cube).distinct_direction_indices(cube)
     weight = plane_weights_by_azimuth_spacing(cube["azimuth"].to_numpy()[planes], plane_azimuth_period_deg(cube))
     once = falls.isel(azimuth=planes)
     if np.ptp(weight) <= PLANE_WEIGHT_EQUALITY_TOLERANCE:
@@ -221,7 +221,7 @@ BLOCK_SELECTION_RULES_IN_REPORT: Final = (
 
 def block_selection_rule_for_cube(cube: xr.Dataset) -> FallDirectionBlockSelectionRule:
     """Return the rule that selects blocks for direction statistics: in 2-D those falling in few planes, in 3-D all."""
-    is_planar = default_model_for_results_cube(cube).is_planar
+    is_planar = default_model_of_same_kind_as_results_cube(cube).is_planar
     return BLOCKS_FALLING_IN_AT_MOST_HALF_PLANES_RULE if is_planar else ALL_BLOCKS_RULE
 
 
@@ -230,7 +230,7 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 
     See `overturned_share`, also for the weights of azimuths. The result is in memory.
     """
-    direction = default_model_for_results_cube(cube).direction_dimension_name
+    direction = default_model_of_same_kind_as_results_cube(cube).direction_dimension_name
     return overturned_share(cube, *(str(name) for name in cube["overturned"].dims if name != direction))
 
 
@@ -255,7 +255,7 @@ def mean_fall_probability_over_directions(cube: xr.Dataset, *, summed_dims: Sequ
 
     Cells with an unknown outcome do not count.
     """
-    model = default_model_for_results_cube(cube)
+    model = default_model_of_same_kind_as_results_cube(cube)
     falls, dims = model.fall_probability_and_direction_by_case(cube), (model.direction_dimension_name, *summed_dims)
     fell, of_direction = falls["falls"].variable, falls["weight"].variable
     weight = of_direction.where(fell.notnull(), 0.0).sum(dims)
@@ -272,7 +272,7 @@ def fall_weights_and_direction_components_by_case(cube: xr.Dataset) -> xr.Datase
     both components of the record in each orientation, so that missing orientations impose no axis; its results have
     none of these three variables.
     """
-    falls = default_model_for_results_cube(cube).fall_probability_and_direction_by_case(cube)
+    falls = default_model_of_same_kind_as_results_cube(cube).fall_probability_and_direction_by_case(cube)
     weight = falls["weight"].variable
     weighted = {str(name): values.variable * weight for name, values in falls.data_vars.items() if name != "weight"}
     if "azimuth" in falls["falls"].dims:
@@ -326,7 +326,7 @@ def sum_fall_vectors_over_directions(
     """
     weighted, dims = (
         fall_weights_and_direction_components_by_case(cube),
-        (default_model_for_results_cube(cube).direction_dimension_name, *summed_dims),
+        (default_model_of_same_kind_as_results_cube(cube).direction_dimension_name, *summed_dims),
     )
     vectors = {str(name): values.variable for name, values in weighted.data_vars.items()}
     all_falls = vectors["falls"].sum(dims)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.model import Model
 from overturning.statistics.by_record import iterate_record_result_batches, iterate_results_by_record
 from overturning.statistics.circular import wrap_axis_difference_to_90_deg
@@ -107,7 +107,7 @@ def _stoutest_falling_case(record_cube: xr.Dataset, eligible_case_mask: xr.DataA
     return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible_case_mask)
 
 
-def _find_case_with_fall_over_corner(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
+def _stoutest_case_falling_over_corner(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
     off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
     return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_FALL_ANGLE_FROM_CORNER_DEG)
 
@@ -135,7 +135,7 @@ def _find_case_falling_along_normal_not_along_fault(record_cube: xr.Dataset) -> 
 
 
 def _find_opposite_falls_at_neighbouring_directions(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
-    model = default_model_for_results_cube(record_cube)
+    model = default_model_of_same_kind_as_results_cube(record_cube)
     x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = (
         x[:-1] * x[1:] + y[:-1] * y[1:] < -COSINE_ROUNDING_ERROR
@@ -183,7 +183,7 @@ ILLUSTRATIVE_CASE_RULES: Final = (
         "Falls over a corner",
         f"the broadest block whose fall lies within {MAX_FALL_ANGLE_FROM_CORNER_DEG:g}° of the middle between the "
         "normals of two faces",
-        _find_case_with_fall_over_corner,
+        _stoutest_case_falling_over_corner,
         ("plane_overturned", "fall_azimuth"),
     ),
     IllustrativeCaseRule(
@@ -203,7 +203,7 @@ def find_best_case_for_each_behaviour(cube: xr.Dataset) -> list[IllustrativeCase
     `ANY_ELEMENT_FALLS_VARIABLE` is True where a stone of the scene falls; such a case is not used to show a standing
     stone.
     """
-    model = default_model_for_results_cube(cube)
+    model = default_model_of_same_kind_as_results_cube(cube)
     cells = model.distinct_direction_indices(cube)
     rules = [rule for rule in ILLUSTRATIVE_CASE_RULES if all(name in cube for name in rule.needed_cube_variables)]
     names = [
@@ -271,7 +271,7 @@ def _illustrative_case_from_best(
 
     `distinct_direction_indices` are the indices of the directions among which the case was found.
     """
-    model = default_model_for_results_cube(cube)
+    model = default_model_of_same_kind_as_results_cube(cube)
     block = {
         name: float(cube[name].values[at])
         for name, at in zip(model.case_dims_without_direction, best_case.block_index_by_dimension, strict=True)
@@ -308,7 +308,7 @@ def _clearest_example_among_marked_cases(
 
     A case in which the block rocks is preferred, then one whose neighbours are marked too, then the broadest block.
     """
-    model = default_model_for_results_cube(case_masks)
+    model = default_model_of_same_kind_as_results_cube(case_masks)
     cells = case_masks[mask_variable_name].to_numpy()
     if not cells.any():
         return None
@@ -338,7 +338,7 @@ def clearest_case_with_differing_outcomes(
     variant_names : tuple of str
         Names of their variants, for the panels of the case.
     """
-    model = default_model_for_results_cube(first_cube)
+    model = default_model_of_same_kind_as_results_cube(first_cube)
     cells = model.distinct_direction_indices(first_cube)
     names = ["overturned", "fall_azimuth", "peak_rotation"]
     found_cases: list[_RuleTitleCaseAndRecordIndex] = []
@@ -350,7 +350,7 @@ def clearest_case_with_differing_outcomes(
         pairs(iterate_results_by_record(first_cube, names), iterate_results_by_record(second_cube, names))
     ):
         this, that = (each.isel({"record": 0, model.direction_dimension_name: cells}) for each in pair)
-        one = _masks_of_differing_outcomes(model, this, that, mark_falls_in_first_cube=only_this >= only_other)
+        one = _masks_of_differing_and_rocking_cases(model, this, that, mark_falls_in_first_cube=only_this >= only_other)
         found_cases += [
             (rule.case_title, rule.find_best_case(one), record)
             for rule in (FALLS_IN_ONE_VARIANT_ONLY_RULE, OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE)
@@ -375,7 +375,7 @@ def _count_falls_in_one_cube_only(first_cube: xr.Dataset, second_cube: xr.Datase
     return int((known & (one != 0) & (another == 0)).sum()), int((known & (one == 0) & (another != 0)).sum())
 
 
-def _masks_of_differing_outcomes(
+def _masks_of_differing_and_rocking_cases(
     model: Model, first_cube: xr.Dataset, second_cube: xr.Dataset, *, mark_falls_in_first_cube: bool
 ) -> xr.Dataset:
     """Return masks of the cases that fall in one of two cubes only (``split``), or to opposite sides.

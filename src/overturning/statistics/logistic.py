@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.statistics.bootstrap import MIN_EARTHQUAKES_FOR_INTERVAL
 from overturning.statistics.by_record import iterate_record_result_batches
 from overturning.units import STANDARD_GRAVITY
@@ -211,7 +211,7 @@ def _fit_coefficients_by_newton_method(
     first time that a linear predictor exceeds `MIN_LINEAR_PREDICTOR_FOR_SEPARATION_CHECK`, a linear programme decides
     whether a finite maximum exists.
     """
-    negative_log_likelihood = _negative_log_likelihood_function(fall_shares, weights)
+    negative_log_likelihood = _create_neg_log_likelihood_of_linear_predictors(fall_shares, weights)
     beta, linear, may_be_separated = start_coefficients, design_matrix @ start_coefficients, True
     reached = negative_log_likelihood(linear)
     for _ in range(MAX_NEWTON_ITERATIONS):
@@ -237,7 +237,9 @@ def _fit_coefficients_by_newton_method(
     return beta, "no fit: the iteration does not converge"
 
 
-def _negative_log_likelihood_function(fall_shares: FloatArray, weights: FloatArray) -> Callable[[FloatArray], float]:
+def _create_neg_log_likelihood_of_linear_predictors(
+    fall_shares: FloatArray, weights: FloatArray
+) -> Callable[[FloatArray], float]:
     """Return a function that computes minus the logarithm of the weighted likelihood from linear predictors.
 
     Outcomes are 0 to 1; only those between 0 and 1 have both a term of the fall and a term of the standing stone.
@@ -346,7 +348,7 @@ def overturning_regression_data(
         The outcome is averaged over friction and weighted by the share of known values; no predictor depends on
         friction, so this does not change the fit. Events are numbers in the order of their names; the mean weight is 1.
     """
-    model, parts = default_model_for_results_cube(cube), []
+    model, parts = default_model_of_same_kind_as_results_cube(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for places, some in iterate_record_result_batches(cube, model.variable_names_read_for_fall_probability):
         planes = model.fall_probability_and_direction_by_case(some, use_ensemble=use_ensemble)

@@ -53,7 +53,7 @@ class MeanDirectionWithInterval:
     test_of_no_common_direction: StatisticalTestResult
 
 
-def significant_mean_direction_resultant_and_test(
+def mean_direction_if_significant_resultant_and_test(
     azimuths_deg: ArrayLike,
     fall_azimuth_recording_step_deg: ArrayLike = 0.0,
     *,
@@ -117,7 +117,7 @@ def mean_direction_with_interval(
     angle = np.asarray(azimuths_deg, dtype=np.float64)
     fold = 2 if axial else 1
     vectors = np.column_stack([np.cos(np.radians(fold * angle)), np.sin(np.radians(fold * angle))])
-    mean, resultant, test = significant_mean_direction_resultant_and_test(
+    mean, resultant, test = mean_direction_if_significant_resultant_and_test(
         angle, fall_azimuth_recording_step_deg, axial=axial, confidence_level=confidence_level
     )
     if math.isnan(mean):

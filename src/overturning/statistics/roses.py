@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.planes import (
-    case_weight_at_each_azimuth,
+    case_weights_by_azimuth_spacing,
     mask_of_azimuths_before_gap_and_grid_step,
     plane_azimuth_period_deg,
 )
@@ -59,7 +59,7 @@ class FallShareRoseAveragedOverEarthquakes:
         return self.mean_fall_share_by_sector.size < ROSE_SECTOR_COUNT
 
     @property
-    def rose_title_with_earthquake_count(self) -> str:
+    def earthquake_count_title(self) -> str:
         """Title of the rose diagram: the number of earthquakes with falls, as "3 earthquakes"."""
         return f"{self.count_of_earthquakes_with_falls} earthquake" + "s" * (self.count_of_earthquakes_with_falls != 1)
 
@@ -74,7 +74,7 @@ def _informative_fall_azimuths_and_weights(cube: xr.Dataset) -> tuple[FloatArray
     Only informative blocks (see `mask_of_blocks_for_direction_statistics`) count. In planar models there is one entry
     per azimuth, whose weight is its number of falls.
     """
-    if not default_model_for_results_cube(cube).is_planar:
+    if not default_model_of_same_kind_as_results_cube(cube).is_planar:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
         if "fall_north" in cube:
@@ -118,13 +118,15 @@ def fall_rose(
     zero = cube["fault_normal"].to_numpy() if measure_from_fault_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, ROSE_SECTOR_COUNT), np.nan), 0
-    planes = default_model_for_results_cube(cube).is_planar
+    planes = default_model_of_same_kind_as_results_cube(cube).is_planar
     for row, one in enumerate(
         iterate_results_by_record(cube, ["overturned"] if planes else ["fall_azimuth", *_FALL_WEIGHT_VARIABLES])
     ):
         azimuth, counts = _informative_fall_azimuths_and_weights(one)
         if counts.any() and np.isfinite(zero[row]):
-            weight = counts * case_weight_at_each_azimuth(azimuth, plane_azimuth_period_deg(cube)) if planes else counts
+            weight = (
+                counts * case_weights_by_azimuth_spacing(azimuth, plane_azimuth_period_deg(cube)) if planes else counts
+            )
             wide = _width_of_spread_of_2d_falls_in_rose_deg(azimuth) if planes else 0.0
             shares[row] = fall_shares_by_sector(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
@@ -148,7 +150,7 @@ def fall_rose(
     )
 
 
-def fall_rose_of_all_records(cube: xr.Dataset) -> FallShareRoseAveragedOverEarthquakes:
+def fall_rose_from_fault_normal_if_known(cube: xr.Dataset) -> FallShareRoseAveragedOverEarthquakes:
     """Compute the rose diagram of all falls of a study, with angles from the fault normal if any is known.
 
     Angles count from the fault normal if at least one record has one.
@@ -158,16 +160,17 @@ def fall_rose_of_all_records(cube: xr.Dataset) -> FallShareRoseAveragedOverEarth
     """
     known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
     return fall_rose(
-        cube, measure_from_fault_normal=known, axial=known or default_model_for_results_cube(cube).is_planar
+        cube, measure_from_fault_normal=known, axial=known or default_model_of_same_kind_as_results_cube(cube).is_planar
     )
 
 
 def fall_rose_by_record_group(cube: xr.Dataset) -> dict[str, FallShareRoseAveragedOverEarthquakes]:
     """Compute the rose diagram of falls for each group of records, by name of the group.
 
-    See `fall_rose_of_all_records` and `record_masks_by_group`.
+    See `fall_rose_from_fault_normal_if_known` and `record_masks_by_group`.
     """
     groups = record_masks_by_group(cube)
     return {
-        name: fall_rose_of_all_records(cube.isel(record=np.flatnonzero(members))) for name, members in groups.items()
+        name: fall_rose_from_fault_normal_if_known(cube.isel(record=np.flatnonzero(members)))
+        for name, members in groups.items()
     }

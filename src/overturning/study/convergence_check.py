@@ -87,7 +87,7 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
     allowed = round(settings.cost * case_sample.block_time_step_count_of_whole_study)
     runs = _CaseReruns(study, records, case_sample, thread_count, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
-    if runs.rerun_cases_within_budget_unless_refused(
+    if runs.rerun_affordable_cases_unless_refused(
         "stiffer", 1.0 + MAX_COST_RATIO_OF_FINER_STEPS_TO_STIFFER_SPRINGS, allowed
     ):
         spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
@@ -96,7 +96,7 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
             "finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right"))
         )
     else:
-        runs.rerun_cases_within_budget_unless_refused("finer", 1.0, allowed)
+        runs.rerun_affordable_cases_unless_refused("finer", 1.0, allowed)
     count = len(runs.rerun_outcomes_by_kind["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.rerun_outcomes_by_kind.values())
     return ConvergenceCheckResult(
@@ -122,7 +122,7 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
         if sample_for_rigid_block_comparison is None
         else _CaseReruns(
             study, records, sample_for_rigid_block_comparison, thread_count, None
-        ).rerun_and_compare_with_rigid_block(),
+        ).rerun_sample_as_rigid_blocks_and_compare(),
         finer_step_changes_by_record=runs.count_finer_step_changes_by_record(
             count, [record.record_id for record in records]
         ),
@@ -153,7 +153,7 @@ class _CaseReruns:
         self.rerun_outcomes_by_kind = dict.fromkeys(("finer", "stiffer"), case_sample.study_outcomes[:0])
         self.refusal_reason_by_kind: dict[str, str] = {}
 
-    def rerun_cases_within_budget_unless_refused(
+    def rerun_affordable_cases_unless_refused(
         self, rerun_kind: str, all_reruns_to_this_rerun_step_ratio: float, max_block_time_steps_of_reruns: int
     ) -> bool:
         """Rerun as many cases as a number of block time steps permits; return False if cases cannot be computed."""
@@ -190,7 +190,7 @@ class _CaseReruns:
         """Compute the given cases of the sample again, with motions scaled by a factor; return the outcomes."""
         answers = np.zeros(case_numbers_in_sample.size, self.sample.study_outcomes.dtype)
 
-        def rerun_cases_of_record(record_index: int) -> None:
+        def rerun_sampled_cases_of_record(record_index: int) -> None:
             """Compute the chosen cases of one record again, and store their outcomes."""
             mine = self.sample.record_indices[case_numbers_in_sample] == record_index
             chosen = self.sample.grid_indices[case_numbers_in_sample[mine]]
@@ -204,7 +204,10 @@ class _CaseReruns:
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:
             list(
-                pool.map(rerun_cases_of_record, np.unique(self.sample.record_indices[case_numbers_in_sample]).tolist())
+                pool.map(
+                    rerun_sampled_cases_of_record,
+                    np.unique(self.sample.record_indices[case_numbers_in_sample]).tolist(),
+                )
             )
         return answers
 
@@ -244,7 +247,7 @@ class _CaseReruns:
             outcomes.append(OutcomeChangesOfElement(element=name, **undivided, **counts.model_dump()))
         return outcomes
 
-    def rerun_and_compare_with_rigid_block(self) -> RigidComparison:
+    def rerun_sample_as_rigid_blocks_and_compare(self) -> RigidComparison:
         """Rerun all cases of the sample with the exact rigid block, and count the outcomes that differ."""
         every = np.arange(len(self.sample.record_indices))
         (found,) = self._count_changes_by_element(self._rerun_cases("rigid", every))

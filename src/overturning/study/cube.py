@@ -12,7 +12,7 @@ import numpy as np
 from overturning.arrays import convert_argument_to_float_array, keep_xarray_from_importing_dask
 from overturning.errors import ArgumentError, ResultError, refuse_unknown_keywords
 from overturning.files import checksum_at_end_matches, convert_argument_to_path
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.grid import CF_ATTRIBUTES_BY_DIMENSION
 from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.study.load import load_study, study_from_content
@@ -44,7 +44,7 @@ def _reason_why_cube_is_incomplete(cube: "xr.Dataset") -> str:
     """Return "no NAME" for the first variable that a results file lacks or has in a wrong shape; "" if complete."""
     flags = cube["overturned"]
     grid = set(flags.dims)
-    model = default_model_for_results_cube(cube)
+    model = default_model_of_same_kind_as_results_cube(cube)
     needed = {"record", *model.dimension_names}
     if missing := sorted(needed - grid) or sorted(str(name) for name in grid if not cube.sizes[name]):
         return f"no cell along {missing[0]}"
@@ -195,7 +195,7 @@ def select_element_and_amplitude(
     return cube.sel(element=element_name)
 
 
-def select_element_and_amplitude_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
+def select_and_sort_cube_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
     """Return one element and amplitude of a results cube, with all dimensions, sorted and without repeated coordinates.
 
     For the selection see `select_element_and_amplitude`. B/H and directions ascend, with

@@ -111,7 +111,7 @@ class EnsembleParameterChanges:
         """Return an ensemble with only the members (runs with changed parameters) of the given numbers."""
         return EnsembleParameterChanges(*(getattr(self, name)[member_numbers] for name in FIELD_BY_CSV_COLUMN.values()))
 
-    def split_member_numbers_into_batches(self, members_per_batch: int) -> list[NDArray[np.intp]]:
+    def split_members_into_batches_of_both_sequences(self, members_per_batch: int) -> list[NDArray[np.intp]]:
         """Divide the runs (members) of the ensemble into batches, each with runs from both Sobol sequences."""
         own = [np.flatnonzero(self.sobol_sequence_number == number) for number in range(SCRAMBLED_SOBOL_SEQUENCE_COUNT)]
         each = members_per_batch // SCRAMBLED_SOBOL_SEQUENCE_COUNT
@@ -355,7 +355,7 @@ class EnsembleRunner:
         member_fall_flags: NDArray[np.int8], member_fall_azimuths_deg: FloatArray, progress: ProgressCallback | None,
     ) -> int:  # fmt: skip
         """Run members in batches until each case converges; write outcomes to arrays, return cost (steps × stones)."""
-        batches, block_steps = self.members.split_member_numbers_into_batches(MEMBERS_PER_BATCH), 0
+        batches, block_steps = self.members.split_members_into_batches_of_both_sequences(MEMBERS_PER_BATCH), 0
         unsettled = np.arange(len(cell_indices))
         for index, batch in enumerate(batches):
             of_batch = subtask_progress_callback(progress, index / len(batches), (index + 1) / len(batches))

@@ -48,8 +48,8 @@ def film_command_options_and_stone_sizes(cube: "xr.Dataset") -> dict[str, Any]:
     return {
         "missing": "; ".join(missing + own_missing),
         "options": options + own_options,
-        "heights": [round(float(one), 9) for one in sizes.to_scene_heights(height)],
-        "ratios": [round(float(one), 9) for one in sizes.to_scene_b_over_h(ratio, ratio)],
+        "heights": [round(float(one), 9) for one in sizes.to_variant_reference_stone_heights(height)],
+        "ratios": [round(float(one), 9) for one in sizes.to_variant_reference_stone_b_over_h(ratio, ratio)],
         "friction": not isinstance(model, PlanarModel) or model.scene.has_contact_with_unset_friction,
         "pulses": dict(study.records.pulses),
     }

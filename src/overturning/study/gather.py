@@ -97,7 +97,7 @@ def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], va
     cube.createDimension("record", len(records))
     _add_record_coordinate_variables(cube, records, variant_uses_vertical_motion(study, variant))
     create_grid_dimensions_and_coordinates(cube, grid)
-    cube[model.direction_dimension_name].setncatts(model.azimuth_period_attribute_or_empty)
+    cube[model.direction_dimension_name].setncatts(model.azimuth_period_attribute_in_2d_or_empty)
     if said := note_on_different_stone_size_of_variant(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
     own = StudyToSceneSizeConversion.for_variant(study, variant).scene_b_over_h_if_study_reference_differs

@@ -11,7 +11,7 @@ from overturning.study.schema import Study
 from overturning.study.sections import Variant
 
 
-def results_cube_name_for_soil(study: Study, soil_site: SoilSite | None) -> str:
+def variant_or_soil_cube_name(study: Study, soil_site: SoilSite | None) -> str:
     """Return the name of the results cube that was computed with motions on top of given soil layers.
 
     The name is "nominal" without soil, that of a variant which changes nothing but the soil to these layers, or
@@ -28,10 +28,10 @@ def results_cube_name_for_soil(study: Study, soil_site: SoilSite | None) -> str:
 def survey_cube_name_and_other_cube_names_by_site(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
     """Return the name of the results cube for a survey, and by site the cubes of sites with other soil layers.
 
-    See `results_cube_name_for_soil`. A site (cemetery) with the soil layers of the whole survey is left out.
+    See `variant_or_soil_cube_name`. A site (cemetery) with the soil layers of the whole survey is left out.
     """
-    default = results_cube_name_for_soil(study, survey.site)
-    named = {site: results_cube_name_for_soil(study, soil) for site, soil in survey.sites.items()}
+    default = variant_or_soil_cube_name(study, survey.site)
+    named = {site: variant_or_soil_cube_name(study, soil) for site, soil in survey.sites.items()}
     return default, {site: name for site, name in named.items() if name != default}
 
 
@@ -44,7 +44,7 @@ def soil_layers_and_records_by_soil_cube_name(study: Study) -> dict[str, tuple[S
     soils, records = dict[str, SoilSite](), dict[str, set[str | None]]()
     for survey in study.surveys:
         for soil in (survey.site, *survey.sites.values()):
-            name = results_cube_name_for_soil(study, soil)
+            name = variant_or_soil_cube_name(study, soil)
             if soil is not None and name not in study.variants:
                 soils[name] = soil
                 records.setdefault(name, set()).add(survey.record)

@@ -221,7 +221,7 @@ def find_record_rows_and_files(
     return entries, files
 
 
-def check_records_and_collect_notes(
+def read_and_process_records_and_collect_notes(
     study: Study, record_table_rows_by_id: dict[str, RecordTableRow]
 ) -> tuple[str, ...]:
     """Read and prepare a study's records as a run would; return notes on them, or raise a `ConfigError` with failures.
@@ -232,7 +232,7 @@ def check_records_and_collect_notes(
     from overturning.records.duplicates import (
         duplicate_record_messages,
         find_id_pairs_of_duplicate_records,
-        motion_fingerprint,
+        fingerprint_of_recorded_motion,
     )
     from overturning.records.earthquakes import assign_records_to_earthquakes
     from overturning.records.processing import process_record
@@ -243,7 +243,7 @@ def check_records_and_collect_notes(
         try:
             # Keep only metadata and a fingerprint, since a study can have thousands of records.
             record = process_record(read_record(entry, Path(study.records.folder)), study.processing)
-            prints.append(motion_fingerprint(record))
+            prints.append(fingerprint_of_recorded_motion(record))
             notes += [f"record {entry.id}: {note}" for note in record.notes]
             notes += (
                 [f"record {entry.id}: too weak to move any stone of the study"]
@@ -300,9 +300,11 @@ def _check_cases_at_grid_limits(study: Study, shortest_sampling_interval_s: floa
     for variant in variant_names(study):
         sizes = StudyToSceneSizeConversion.for_variant(study, variant)
         try:
-            ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
+            ratio = sizes.to_variant_reference_stone_b_over_h(b_over_h, np.array(study.b_over_h))
             tilt = study.ensemble.initial_tilt if study.ensemble.members else 0.0
-            cases = Cases(0.0, sizes.to_scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
+            cases = Cases(
+                0.0, sizes.to_variant_reference_stone_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect
+            )
             plan_simulation(variant_model(study, variant), still, cases, numerical_options_of_study(study))
         except ArgumentError as error:
             lines = [

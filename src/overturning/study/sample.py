@@ -73,7 +73,7 @@ def choose_random_record_and_grid_indices(
     return order // len(cells), cells[order % len(cells)]
 
 
-def mask_of_cells_comparable_with_rigid_block(study: Study) -> NDArray[np.bool_]:
+def mask_of_single_blocks_that_cannot_slide(study: Study) -> NDArray[np.bool_]:
     """Return a mask of a study's grid: True for single rectangular blocks with too much friction to slide."""
     model, grid = variant_model(study), variant_grid(study)
     if not (isinstance(model, PlanarModel) and model.scene.can_use_single_block_kernel):
@@ -139,7 +139,7 @@ def read_random_case_sample(
 
 def read_sample_to_compare_with_rigid_block(cube_path: Path, study: Study) -> RandomCaseSample | None:
     """Choose up to `MAX_CELLS_COMPARED_WITH_RIGID_BLOCK` cases to compare with a rigid block; None without such."""
-    among = mask_of_cells_comparable_with_rigid_block(study)
+    among = mask_of_single_blocks_that_cannot_slide(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):
         return None

@@ -148,7 +148,7 @@ class StudyToSceneSizeConversion:
             factor, own_ratio if scene.size_reference_element_name != study.scene.size_reference_element_name else None
         )
 
-    def to_scene_heights(self, study_height_m_by_case: FloatArray) -> FloatArray:
+    def to_variant_reference_stone_heights(self, study_height_m_by_case: FloatArray) -> FloatArray:
         """Convert heights of the study's stone, m, to those of the stone that sets the size of the variant's scene."""
         return (
             study_height_m_by_case
@@ -156,7 +156,7 @@ class StudyToSceneSizeConversion:
             else np.round(study_height_m_by_case * self.scene_over_study_height_ratio, 10)
         )
 
-    def to_scene_b_over_h(
+    def to_variant_reference_stone_b_over_h(
         self, study_b_over_h_by_case: FloatArray, nominal_b_over_h_values_of_study: FloatArray
     ) -> FloatArray:
         """Convert B/H of the study's stone to those of the stone that sets the size of the variant's scene."""

@@ -186,7 +186,7 @@ class Study(StrictModel):
         if filled.get("body") is not None:
             if filled.get("orientation") is None:
                 filled["orientation"] = OrientationRange()
-            return cls._fill_missing_sizes_from_body_vertices(filled)
+            return cls._fill_missing_height_and_b_over_h_from_vertices(filled)
         default = OrientationRange().model_dump(mode="json")
         if filled.keys() >= _KEYS_TOGETHER_ONLY_IN_COMPLETE_STUDY and filled.get("orientation") == default:
             # A 2-D study stored by an earlier version, in which every study had orientations.
@@ -204,7 +204,7 @@ class Study(StrictModel):
         return filled
 
     @staticmethod
-    def _fill_missing_sizes_from_body_vertices(unvalidated_study_settings: dict[str, Any]) -> dict[str, Any]:
+    def _fill_missing_height_and_b_over_h_from_vertices(unvalidated_study_settings: dict[str, Any]) -> dict[str, Any]:
         """Set missing height and B/H of a study from the vertices of its 3-D body."""
         try:
             shape = BodyShapeSettings.model_validate(unvalidated_study_settings["body"]).body_shape()

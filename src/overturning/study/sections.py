@@ -52,7 +52,7 @@ class RecordSettings(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _add_pulses_to_records(cls, unvalidated_record_settings: Any) -> Any:
+    def _add_all_pulse_ids_to_used_records(cls, unvalidated_record_settings: Any) -> Any:
         """Add all synthetic pulses to the list of records that the study uses."""
         if (
             isinstance(unvalidated_record_settings, dict)

@@ -79,7 +79,7 @@ def simulate_variant(
     this has the same name as in the study; otherwise the scene keeps its own B/H, and each B/H has the same outcome.
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
-    sized = grid.copy_with_dimension_values(height=sizes.to_scene_heights(grid["height"]))
+    sized = grid.copy_with_dimension_values(height=sizes.to_variant_reference_stone_heights(grid["height"]))
     if sizes.scene_b_over_h_if_study_reference_differs is None:
         return simulate_grid_and_2d_face_planes_of_rectangle(model, motion, sized, numerics)
     arrays = simulate_grid_and_2d_face_planes_of_rectangle(
@@ -99,7 +99,7 @@ def create_ensemble_member_case_runner(
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
-    def simulate_members_with_sizes_converted_to_scene(
+    def simulate_members_with_study_stone_sizes(
         cases_with_study_stone_sizes: Cases,
         progress: ProgressCallback | None,
         max_height_of_bearing_base_points_m: float | None = None,
@@ -109,8 +109,10 @@ def create_ensemble_member_case_runner(
             np.asarray(cases_with_study_stone_sizes.height),
             np.asarray(cases_with_study_stone_sizes.b_over_h),
         )
-        ratio = sizes.to_scene_b_over_h(b_over_h, np.array(study.b_over_h))
-        sized = replace(cases_with_study_stone_sizes, height=sizes.to_scene_heights(height), b_over_h=ratio)
+        ratio = sizes.to_variant_reference_stone_b_over_h(b_over_h, np.array(study.b_over_h))
+        sized = replace(
+            cases_with_study_stone_sizes, height=sizes.to_variant_reference_stone_heights(height), b_over_h=ratio
+        )
         body = (
             model
             if max_height_of_bearing_base_points_m is None
@@ -118,7 +120,7 @@ def create_ensemble_member_case_runner(
         )
         return simulate_cases(body, motion, sized, replace(numerics, progress=progress))
 
-    return simulate_members_with_sizes_converted_to_scene
+    return simulate_members_with_study_stone_sizes
 
 
 def simulate_and_write_cases_of_record(

@@ -47,7 +47,7 @@ class AzimuthRange(StrictModel):
     )
 
     @model_validator(mode="after")
-    def _check_order_count_and_full_circle(self) -> Self:
+    def _check_order_count_and_step_closing_circle(self) -> Self:
         """Raise a ValueError if the range is empty, has too many azimuths, or does not close the full circle."""
         if self.stop <= self.start:
             raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")

@@ -39,7 +39,7 @@ from overturning.surveys.prediction import (
     STANDING_OR_FALL_SIDES,
     SiteFallPrediction,
     SurveyFallPrediction,
-    has_known_face_and_b_over_h,
+    has_known_face_and_at_least_one_b_over_h,
     observed_standing_or_side_index,
 )
 from overturning.surveys.stones import (
@@ -74,7 +74,7 @@ class SurveyPredictionComparison:
         Share of the stones at sites that list a standing stone (if none does, of all) that fall in the study:
         mean, smallest and largest over the heights and frictions of its grid; smallest and largest are NaN if
         it is the same for all, for instance with one friction for stones of stated height. See
-        `SiteFallPrediction.fall_probability_by_height_and_friction` for stones without size or face.
+        `SiteFallPrediction.simulated_fall_probability_by_height_and_friction` for stones without size or face.
     observed_count_by_octant, predicted_count_by_octant : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
         `fall_directions.octant_weights_of_fallen_stone`.
@@ -162,7 +162,7 @@ class SurveyPredictionComparison:
 
 def _sector_probabilities_given_fall(site_prediction: SiteFallPrediction, stone: Stone) -> FloatArray:
     """Return the predicted probabilities that a stone, if it falls, falls into each sector, shape (sectors,)."""
-    if not has_known_face_and_b_over_h(stone):
+    if not has_known_face_and_at_least_one_b_over_h(stone):
         return site_prediction.sector_probabilities_given_fall_for_unknown_face(*stone.b_over_h_in_both_planes)
     if site_prediction.no_simulated_block_like_stone_falls(stone):
         return site_prediction.share
@@ -265,7 +265,7 @@ def _predicted_fall_share_over_heights_and_frictions(
     Heights and frictions are those of the cube; smallest and largest are NaN if the share is the same for all.
     """
     predict = predictions.site_prediction_for_stone
-    falls = np.array([predict(stone).fall_probability_by_height_and_friction(stone) for stone in stones])
+    falls = np.array([predict(stone).simulated_fall_probability_by_height_and_friction(stone) for stone in stones])
     weight = np.isfinite(falls) * np.array([stone.stone_count for stone in stones])[:, None, None]
     known = weight.sum(axis=0) > 0
     if not known.any():
@@ -295,7 +295,7 @@ def _stone_counts_as_comparison_attributes(
         "fallen": count_stones_with(lambda stone: stone.fell),
         "stood": count_stones_with(lambda stone: not stone.fell),
         "known_direction_falls_without_face_or_b_over_h": count_stones_with(
-            lambda stone: stone.fell_in_known_direction and not has_known_face_and_b_over_h(stone)
+            lambda stone: stone.fell_in_known_direction and not has_known_face_and_at_least_one_b_over_h(stone)
         ),
         "known_direction_falls_without_face_azimuth": count_stones_with(
             lambda stone: stone.fell_in_known_direction and math.isnan(stone.face_azimuth_deg)
@@ -339,7 +339,7 @@ def _confusion_matrix_of_standing_and_fall_sides(
     known = [
         stone
         for stone in stones
-        if has_known_face_and_b_over_h(stone)
+        if has_known_face_and_at_least_one_b_over_h(stone)
         and (stone.fell_in_known_direction or not stone.fell)
         and predictions.site_prediction_for_stone(stone).has_known_fall_probability(stone)
     ]

@@ -67,7 +67,7 @@ class FallDirectionComparisonIn3D:
     assumed_random_fall_direction_share: float
 
 
-def fall_shares_by_sector_after_spreading(fall_azimuths_deg: FloatArray) -> FloatArray:
+def fall_shares_by_sector_smoothed_over_arcs(fall_azimuths_deg: FloatArray) -> FloatArray:
     """Return the share of falls in each azimuth sector of `FALL_DIRECTION_SECTORS`; each is spread over an arc.
 
     `fall_azimuths_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The arc
@@ -118,7 +118,7 @@ def compare_fall_directions(
         elif not computed.size:
             never += stone.stone_count
         else:
-            density = (1 - random_fall_direction_share) * fall_shares_by_sector_after_spreading(
+            density = (1 - random_fall_direction_share) * fall_shares_by_sector_smoothed_over_arcs(
                 computed
             ) + random_fall_direction_share * FALL_DIRECTION_SECTORS.share
         fallen += stone.stone_count * [

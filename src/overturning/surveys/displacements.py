@@ -212,8 +212,8 @@ def compare_falls_shifts_and_twists(
             fall_azimuths.append(None)
             continue
         chosen = nearest_grid_indices_of_stone(arrays[own].grid_values_by_dimension, seen)
-        flags, azimuths, cells = _select_and_mark_cases_nearest_in_size_and_face(arrays[own], chosen, used[own])
-        fall_shares.append((one.stone.stone_count, _fall_share_by_friction(flags)))
+        flags, azimuths, cells = _take_outcomes_of_similar_cases_and_mark_them(arrays[own], chosen, used[own])
+        fall_shares.append((one.stone.stone_count, _fall_share_of_known_outcomes_by_friction(flags)))
         fall_azimuths.append(azimuths if np.isfinite(flags).any() else None)
         if not np.isfinite(flags).any():
             without_outcome += one.stone.stone_count
@@ -247,7 +247,7 @@ def _observed_stone_of_row(survey_table: SurveyTable, line_number: int, row: Sur
     return _ObservedStone(survey_table.create_stone_from_row(line_number, row), shift, twist)
 
 
-def _select_and_mark_cases_nearest_in_size_and_face(
+def _take_outcomes_of_similar_cases_and_mark_them(
     outcomes: _CaseOutcomeArrays,
     grid_indices_nearest_to_stone: Mapping[str, NDArray[np.intp]],
     used_cases_mask: NDArray[np.bool_],
@@ -283,7 +283,7 @@ def _select_and_mark_cases_nearest_in_size_and_face(
     )  # fmt: skip
 
 
-def _fall_share_by_friction(fall_flags_with_friction_first: NDArray[np.floating]) -> FloatArray:
+def _fall_share_of_known_outcomes_by_friction(fall_flags_with_friction_first: NDArray[np.floating]) -> FloatArray:
     """Return the share of cases that fall, among those with known outcome, for each friction; NaN if none is known."""
     rows = fall_flags_with_friction_first.reshape(fall_flags_with_friction_first.shape[0], -1)
     counts, falls = np.isfinite(rows).sum(axis=1), (rows == 1).sum(axis=1)

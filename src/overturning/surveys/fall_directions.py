@@ -14,7 +14,7 @@ from overturning.statistics.circular import (
     sector_index,
     watson_u2_test,
 )
-from overturning.statistics.mean_direction import significant_mean_direction_resultant_and_test
+from overturning.statistics.mean_direction import mean_direction_if_significant_resultant_and_test
 from overturning.surveys.sectors import AzimuthSectors
 from overturning.surveys.stones import Stone
 
@@ -192,7 +192,7 @@ def compare_observed_and_predicted_directions(
     The names are attributes that comparisons with 2-D and with 3-D studies have in common; see
     `overturning.surveys.comparison.SurveyPredictionComparison`.
     """
-    mean, length, _ = significant_mean_direction_resultant_and_test(
+    mean, length, _ = mean_direction_if_significant_resultant_and_test(
         [stone.fall_azimuth_deg for stone, *_ in fallen_stones],
         [stone.direction_recording_step_deg for stone, *_ in fallen_stones],
     )

@@ -113,7 +113,7 @@ def synthetic_pulse_motions() -> list[CandidateMotion]:
     ]
 
 
-def read_records_and_make_ids_unique(motion_file_paths: Sequence[Path]) -> list[Record]:
+def read_records_with_paths_as_duplicate_ids(motion_file_paths: Sequence[Path]) -> list[Record]:
     """Read records from NetCDF motion files; records with the same id get their file paths as ids.
 
     Ids are equal, for example, if a station has one motion on rock and one on soil.

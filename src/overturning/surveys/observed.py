@@ -76,7 +76,7 @@ class SurveySummary:
 def summarise_survey(survey_table: SurveyTable) -> SurveySummary:
     """Summarise outcomes and fall directions of a survey's stones, for all together and by site."""
     sites = survey_table.site_names
-    sector_count = rose_sector_count(survey_table.counted_stones)
+    sector_count = rose_sector_count(survey_table.fallen_and_standing_stones)
     declinations = {
         row.magnetic_declination_deg
         for _, row in survey_table.rows
@@ -128,7 +128,7 @@ def _summarise_observed_falls(
 
     `site_name` is stored in the result: the site to which the table has been limited, or "" for all sites.
     """
-    stones = survey_table.counted_stones
+    stones = survey_table.fallen_and_standing_stones
     reasons = Counter[str]()
     for _, row in survey_table.rows:
         if row.counted_as == "not counted":

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.falls import default_model_for_results_cube
+from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.model import StoneOutcomesByAmplitudeFactor
 from overturning.settings import RELATIVE_TOLERANCE_OUTSIDE_GRID, StonePopulation, UniformRange
 from overturning.statistics.by_record import load_results_of_records
@@ -64,7 +64,7 @@ class SampledStones:
     face_azimuth_deg: FloatArray
     random_numbers_for_grid_neighbour_choice: FloatArray
 
-    def stone_class_masks(self) -> dict[str, NDArray[np.bool_]]:
+    def masks_by_slenderness_and_height_class(self) -> dict[str, NDArray[np.bool_]]:
         """Return masks, shape (n,), of the stones in each of four classes: slender or stout, and low or tall.
 
         Heights are compared with the median height of the slender, or of the stout stones. A class without stones is
@@ -151,7 +151,7 @@ def take_stone_outcomes_from_neighbouring_cases(
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return default_model_for_results_cube(cube_of_one_record).look_up_square_stone_outcomes(
+    return default_model_of_same_kind_as_results_cube(cube_of_one_record).look_up_square_stone_outcomes(
         cube_of_one_record, stones.face_azimuth_deg, cells
     )
 
@@ -228,15 +228,15 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     Returns
     -------
     Dataset
-        Results of `outcome_rates_at_each_amplitude_factor` over ``record`` and ``amplitude``, and
-        ``class_rate(…, stones)`` and ``class_unknown(…, stones)`` for `SampledStones.stone_class_masks`. The
+        Results of `outcome_rates_at_each_amplitude_factor` over ``record`` and ``amplitude``, and ``class_rate(…,
+        stones)`` and ``class_unknown(…, stones)`` for `SampledStones.masks_by_slenderness_and_height_class`. The
         attribute ``outside`` is the share of stones outside the grid, which take its nearest value; ``members`` are
         numbers of stones.
     """
     stones = sample_stones(population)
     classes, reads = (
-        stones.stone_class_masks(),
-        default_model_for_results_cube(cube).variable_names_read_for_square_stones,
+        stones.masks_by_slenderness_and_height_class(),
+        default_model_of_same_kind_as_results_cube(cube).variable_names_read_for_square_stones,
     )
     found: dict[str, list[FloatArray]] = {name: [] for name in _OUTCOME_RATE_EXTRA_DIMENSIONS_AND_LONG_NAMES}
     for record in range(cube.sizes["record"]):
@@ -284,7 +284,7 @@ def fall_rates_of_stones_with_outcome_in_both_cubes(
     """
     stones, reads, rates = (
         sample_stones(population),
-        default_model_for_results_cube(cube).variable_names_read_for_square_stones,
+        default_model_of_same_kind_as_results_cube(cube).variable_names_read_for_square_stones,
         [],
     )
     for record in range(cube.sizes["record"]):

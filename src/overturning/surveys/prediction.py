@@ -78,7 +78,7 @@ class SiteFallPrediction(AzimuthSectors):
         self.fall_probabilities: FloatArray = np.stack(blocks[:2], axis=-2).astype(np.float64)
         self.fall_times_s: FloatArray = blocks[2].astype(np.float64)
 
-    def _interpolate_fall_probabilities_and_times(
+    def _interpolate_falls_towards_azimuths_and_opposites(
         self, fall_azimuths_deg: FloatArray, stone_b_over_h: float
     ) -> tuple[FloatArray, FloatArray]:
         """Interpolate probabilities of falls towards n azimuths and their opposites; return them and the fall times, s.
@@ -113,7 +113,7 @@ class SiteFallPrediction(AzimuthSectors):
     def has_b_over_h_far_outside_grid(self, stone: Stone) -> bool:
         """True if a stone's B/H lies so far outside the simulated range that its fall is not predicted."""
         return self.has_b_over_h_outside_grid(stone) and bool(
-            np.isnan(self.fall_probability_by_height_and_friction(stone)).all()
+            np.isnan(self.simulated_fall_probability_by_height_and_friction(stone)).all()
         )
 
     def sector_probabilities_given_fall_for_unknown_face(
@@ -168,7 +168,7 @@ class SiteFallPrediction(AzimuthSectors):
 
         The cube then predicts no direction of its fall.
         """
-        if has_known_face_and_b_over_h(stone):
+        if has_known_face_and_at_least_one_b_over_h(stone):
             return bool(
                 (
                     self._simulated_standing_and_side_probabilities(
@@ -209,11 +209,11 @@ class SiteFallPrediction(AzimuthSectors):
         `random_outcome_stone_share`; NaN if unknown.
         """
         return _mean_of_known_values(
-            self._outcome_probabilities_by_height_and_friction(face_azimuths_deg, b_over_h_in_both_planes),
+            self._cached_outcome_probabilities_by_face_azimuth(face_azimuths_deg, b_over_h_in_both_planes),
             averaged_axes=1,
         )
 
-    def _outcome_probabilities_by_height_and_friction(
+    def _cached_outcome_probabilities_by_face_azimuth(
         self, face_azimuths_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, by height and friction, shape (5, blocks, n).
@@ -224,12 +224,12 @@ class SiteFallPrediction(AzimuthSectors):
         """
         key = (face_azimuths_deg.tobytes(), b_over_h_in_both_planes)
         if key not in self._side_probabilities:
-            self._side_probabilities[key] = self._compute_outcome_probabilities_of_each_block(
+            self._side_probabilities[key] = self._compute_standing_and_fall_side_probabilities(
                 face_azimuths_deg, b_over_h_in_both_planes
             )
         return self._side_probabilities[key]
 
-    def _compute_outcome_probabilities_of_each_block(
+    def _compute_standing_and_fall_side_probabilities(
         self, face_azimuths_deg: FloatArray, b_over_h_in_both_planes: tuple[float, float]
     ) -> FloatArray:
         """Compute the probabilities that a stone stands, and that it falls to each of its four sides; NaN if unknown.
@@ -237,7 +237,7 @@ class SiteFallPrediction(AzimuthSectors):
         Shape (5, blocks, n): blocks are all combinations of height and friction, n is the number of face azimuths.
         """
         planes = [
-            self._interpolate_fall_probabilities_and_times(face_azimuths_deg + 90.0 * i, shape)
+            self._interpolate_falls_towards_azimuths_and_opposites(face_azimuths_deg + 90.0 * i, shape)
             for i, shape in enumerate(b_over_h_in_both_planes)
         ]
         p = np.array([probability for probability, _ in planes])
@@ -251,7 +251,7 @@ class SiteFallPrediction(AzimuthSectors):
         stood, forwards, backwards, right, left = model
         return np.where(known, np.stack([stood, forwards, right, backwards, left]), math.nan)
 
-    def fall_probability_by_height_and_friction(self, stone: Stone) -> FloatArray:
+    def simulated_fall_probability_by_height_and_friction(self, stone: Stone) -> FloatArray:
         """Return the probability that a stone falls, for each simulated height and friction.
 
         Random outcomes, of the share `random_outcome_stone_share`, are not included.
@@ -273,7 +273,7 @@ class SiteFallPrediction(AzimuthSectors):
             weight = np.ones(1) if math.isfinite(face) else self.share
             # Shape (blocks, B/H, faces).
             falls = 1.0 - np.stack(
-                [self._outcome_probabilities_by_height_and_friction(faces, one)[0] for one in shapes], axis=1
+                [self._cached_outcome_probabilities_by_face_azimuth(faces, one)[0] for one in shapes], axis=1
             )
             found = _mean_of_known_values(falls, averaged_axes=(1, 2), weights_along_last_axis=weight)
             self._fall_probabilities[key] = found.reshape(self.height.size, -1)
@@ -288,7 +288,7 @@ class SiteFallPrediction(AzimuthSectors):
 
     def has_known_fall_probability(self, stone: Stone) -> bool:
         """True if the fall probability interpolated to a stone's B/H and face azimuth is known at any height and µ."""
-        return bool(np.isfinite(self.fall_probability_by_height_and_friction(stone)).any())
+        return bool(np.isfinite(self.simulated_fall_probability_by_height_and_friction(stone)).any())
 
     def has_height_outside_grid(self, stone: Stone) -> bool:
         """True if the height of a stone is known and lies outside the simulated range."""
@@ -380,7 +380,7 @@ def note_on_b_over_h_far_outside_study(
     )
 
 
-def has_known_face_and_b_over_h(stone: Stone) -> bool:
+def has_known_face_and_at_least_one_b_over_h(stone: Stone) -> bool:
     """True if the face azimuth and at least one B/H of a stone are known."""
     return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.b_over_h_in_both_planes[0])
 

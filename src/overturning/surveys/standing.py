@@ -379,7 +379,7 @@ def read_fragility_curves(path: Path) -> list[FragilityCurveParametersRow]:
     ]
 
 
-def read_hazard_curves(path: Path) -> dict[str, HazardCurve]:
+def read_hazard_curves_by_intensity_measure(path: Path) -> dict[str, HazardCurve]:
     """Read hazard curves from a table; return them by intensity measure.
 
     A ResultError is raised if levels do not ascend, or rates grow with the level.

@@ -39,7 +39,7 @@ _COLUMNS_ALLOWING_UNKNOWN = set(SURVEY_COLUMNS) - {"site", "stone", "kind", "out
 _UNIT_CELLS = ("m", "cm", "mm", "deg", "degrees", "°", "-", "–", "yes/no")
 """Texts of cells in a line of units below the header."""
 
-_TOTALS_ROW_LABELS = ("total", "totals", "grand total", "subtotal", "sum", "mean", "average", "σ",
+_TOTALS_OR_MEANS_ROW_LABELS = ("total", "totals", "grand total", "subtotal", "sum", "mean", "average", "σ",
                       "計", "合計", "総計", "小計", "平均")  # fmt: skip
 """Names of a line of totals or means, in lower case."""
 
@@ -157,7 +157,7 @@ class SurveyTable:
     fall_azimuth_recording_step_deg: float = 0.0
 
     @property
-    def counted_stones(self) -> list[Stone]:
+    def fallen_and_standing_stones(self) -> list[Stone]:
         """Stones of the survey that count as fallen or standing, in the order of the rows."""
         return [self.create_stone_from_row(line, row) for line, row in self.rows if row.counted_as != "not counted"]
 
@@ -232,12 +232,12 @@ def read_fallen_and_standing_stones_notes_and_warnings(path: Path) -> tuple[list
     """
     table = read_survey_table(path)
     check_survey_has_counted_stone(table, path)
-    return table.counted_stones, list(table.notes), list(table.warnings)
+    return table.fallen_and_standing_stones, list(table.notes), list(table.warnings)
 
 
 def check_survey_has_counted_stone(survey_table: SurveyTable, path: Path) -> None:
     """Raise a `RecordError` if no stone of a survey counts as fallen or standing; `path` is the file of the survey."""
-    if not survey_table.counted_stones:
+    if not survey_table.fallen_and_standing_stones:
         raise RecordError(f"{path}: no stone counts as fallen or standing; all are broken, repaired, fixed or unknown")
 
 
@@ -285,7 +285,8 @@ def read_survey_table(path: Path, declination_deg: float | None = None) -> Surve
             raise RecordError(f"declination {declination_deg:g}: give degrees from -180 to 180, east positive")
     if declination_deg or "magnetic_declination_deg" in plan.standard_name_by_column:
         faults += [
-            (header_line, message) for message in _errors_on_true_north_columns(table, plan.standard_name_by_column)
+            (header_line, message)
+            for message in _errors_on_true_north_columns_with_declination(table, plan.standard_name_by_column)
         ]
     rows = list[tuple[int, SurveyRow]]()
     for line in table.rows:
@@ -322,7 +323,9 @@ def _missing_outcome_column_message(text_table: TextTable) -> str:
     return f"no column azimuth_deg or octant, fell or outcome; name one of them in the header{spaces or title}{listed}"
 
 
-def _errors_on_true_north_columns(text_table: TextTable, standard_name_of_each_column: list[str]) -> Iterator[str]:
+def _errors_on_true_north_columns_with_declination(
+    text_table: TextTable, standard_name_of_each_column: list[str]
+) -> Iterator[str]:
     """Yield an error message for each column of azimuths from true north in a table that has a declination."""
     at = [place for place, meaning in enumerate(standard_name_of_each_column) if meaning == "magnetic_declination_deg"]
     cells = [row.cells[place] for row in text_table.rows for place in at if place < len(row.cells)]
@@ -364,7 +367,7 @@ def _validate_row(
     if totals := [
         cell
         for meaning, cell in zip(standard_name_by_column, cells, strict=False)
-        if _is_label_of_totals_row(meaning, cell)
+        if _is_label_of_totals_or_means_row(meaning, cell)
     ]:
         return None, [f"{totals[0]!r} names a line of totals, which are no stones; remove the line, or begin it with #"]
     values = {
@@ -377,9 +380,9 @@ def _validate_row(
     return SurveyRow.validate_cells(values, cell_error_messages, requires_outcome=not lacks_outcome_column)
 
 
-def _is_label_of_totals_row(standard_column_name: str, cell_text: str) -> bool:
+def _is_label_of_totals_or_means_row(standard_column_name: str, cell_text: str) -> bool:
     """True if a cell in the column of sites or stones marks a row of totals or means, not a stone."""
-    return standard_column_name in ("site", "stone") and cell_text.strip(" :").lower() in _TOTALS_ROW_LABELS
+    return standard_column_name in ("site", "stone") and cell_text.strip(" :").lower() in _TOTALS_OR_MEANS_ROW_LABELS
 
 
 def _errors_of_octants_ambiguous_by_declination(

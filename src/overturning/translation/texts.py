@@ -108,17 +108,17 @@ def translate(text: str, language: str | None = None) -> str:
     return _translate_wrapped_text(text, tuple(_label_and_figure_translations(language).items()))
 
 
-def translate_nested_texts(nested_dictionaries_and_lists: Any, language: str | None = None) -> Any:
+def translate_nested_texts_except_data(nested_dictionaries_and_lists: Any, language: str | None = None) -> Any:
     """Translate all texts in nested dictionaries and lists, except values of the key ``data``."""
     if isinstance(nested_dictionaries_and_lists, str):
         return translate(nested_dictionaries_and_lists, language)
     if isinstance(nested_dictionaries_and_lists, dict):
         return {
-            key: one if key == "data" else translate_nested_texts(one, language)
+            key: one if key == "data" else translate_nested_texts_except_data(one, language)
             for key, one in nested_dictionaries_and_lists.items()
         }
     if isinstance(nested_dictionaries_and_lists, (list, tuple)):
-        return [translate_nested_texts(one, language) for one in nested_dictionaries_and_lists]
+        return [translate_nested_texts_except_data(one, language) for one in nested_dictionaries_and_lists]
     return nested_dictionaries_and_lists
 
 

@@ -324,7 +324,7 @@ def solve_velocity_corrections(
 
 
 @njit(**INLINE_OPTIONS)
-def solve_velocity_corrections_without_friction(
+def solve_frictionless_step_velocity_corrections(
     block: BlockConstants,
     state: BlockState,
     assumed_slip: SignedFrictionCoefficientOrZeroIfSticking,  # noqa: ARG001, as `solve_velocity_corrections`

@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from overturning.dem.block.landing import remaining_two_corner_landing_time_after_step
+from overturning.dem.block.landing import remaining_flat_landing_duration_after_step
 from overturning.dem.block.state import (
     MAX_UNHALVED_CONTACT_CHANGE_STEP_IN_SHORTEST_STEPS,
     AssumedCornerContact,
@@ -307,6 +307,6 @@ def compute_block_state_after_step_if_accepted(
         left=left.new_corner,
         right=right.new_corner,
         ticks_since_sample_start=tick,
-        remaining_flat_landing_time=remaining_two_corner_landing_time_after_step(block, s, 2.0 * half),
+        remaining_flat_landing_time=remaining_flat_landing_duration_after_step(block, s, 2.0 * half),
     )
     return BlockAfterAttemptedStep(state, peaks, account)

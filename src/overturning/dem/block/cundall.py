@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.block.landing import (
     block_lands_flat,
     flat_landing_slides_mu_and_moment_factor,
-    remaining_two_corner_landing_time_after_step,
+    remaining_flat_landing_duration_after_step,
 )
 from overturning.dem.block.state import (
     TICKS_PER_WHOLE_STEP,
@@ -201,6 +201,6 @@ def advance_block_one_step(
         centre_x=x, centre_z=z, angle=angle, cos=c, sin=sn, centre_vx=vx, centre_vz=vz, angular_velocity=vw,
         centre_ax=ax, centre_az=az, angular_acceleration=aw,
         left=left.new_corner, right=right.new_corner, ticks_since_sample_start=tick,
-        remaining_flat_landing_time=remaining_two_corner_landing_time_after_step(block, state, dt),
+        remaining_flat_landing_time=remaining_flat_landing_duration_after_step(block, state, dt),
     )  # fmt: skip
     return moved, peaks, BlockEnergyAccount(energy_account.base_motion_work_per_mass + dt * power, lost, 0.0, 0.0)

@@ -85,7 +85,7 @@ def energy_per_mass_to_tilt_block(block: BlockConstants, tilt_angle_rad: float) 
 
 
 @njit(**INLINE_OPTIONS)
-def all_results_of_standing_block_are_final(
+def results_of_block_on_resting_base_are_final(
     block: BlockConstants,
     state: BlockState,
     max_abs_angle_so_far_rad: float,
@@ -153,7 +153,7 @@ def update_late_largest_tilt_and_return_case_status(
             return CaseStatus.SIMULATED
     if sample < record_end_sample:
         return CASE_NOT_ENDED
-    if all_results_of_standing_block_are_final(
+    if results_of_block_on_resting_base_are_final(
         block, s, peaks.max_abs_angle, course.energy_needed_to_overturn, velocity_lag_behind_position_in_steps
     ):
         return CaseStatus.SIMULATED

@@ -16,7 +16,7 @@ def block_is_airborne(state: BlockState) -> bool:
 
 
 @njit(**INLINE_OPTIONS)
-def remaining_two_corner_landing_time_after_step(
+def remaining_flat_landing_duration_after_step(
     block: BlockConstants, state: BlockState, step_duration_s: float
 ) -> float:
     """Return the time (s) left, after a step, of a landing on both corners; its full duration for an airborne block."""

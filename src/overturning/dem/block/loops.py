@@ -74,7 +74,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     """
     unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
     solution = (
-        centred.solve_velocity_corrections if with_friction else centred.solve_velocity_corrections_without_friction
+        centred.solve_velocity_corrections if with_friction else centred.solve_frictionless_step_velocity_corrections
     )
     load_block_constants, load_accelerations_from_base_motion, load_step_control = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.path import PlanarSceneTrajectory
 from overturning.model.cases import Cases
-from overturning.model.geometry import place_elements
+from overturning.model.geometry import scale_and_place_elements
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -22,7 +22,7 @@ def planar_trajectory_of_block(
     azimuth, height, ratio, amplitude = (
         float(getattr(single_case, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
-    placed = place_elements(scene, height, ratio)
+    placed = scale_and_place_elements(scene, height, ratio)
     ground, block = placed
     time = trajectory_rows["time"]
     poses = np.zeros((len(trajectory_rows), 2, 6))

@@ -42,7 +42,7 @@ from overturning.dem.time_step import (
     IntegrationScheme,
     block_highest_eigenvalue_bound,
     block_lowest_eigenvalue,
-    inverse_contact_frequency_reduced_by_damping,
+    inverse_contact_frequency_reduced_at_high_damping,
     longest_stable_or_accurate_step,
     parse_scheme,
     requested_to_automatic_step_ratio,
@@ -186,7 +186,7 @@ def block_step_lengths(
     finest = (
         BLOCK_STEP_CONTROL.max_contact_change_step_times_omega
         * ratio
-        * inverse_contact_frequency_reduced_by_damping(square, rate)
+        * inverse_contact_frequency_reduced_at_high_damping(square, rate)
     )
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == IntegrationScheme.CENTRED:
@@ -271,7 +271,7 @@ def plan_block_simulation(
             TICKS_PER_WHOLE_STEP * lengths.longest_step_at_rest_in_whole_steps
         ),
         "steps_before_doubling_after_contact_change": np.round(
-            control.steps_before_length_doubles(square, rate) / step_ratio
+            control.steps_of_equal_length_before_doubling(square, rate) / step_ratio
         ),
         "long_steps_before_doubling": np.round(control.long_steps_before_doubling / step_ratio),
     }  # fmt: skip

@@ -97,7 +97,7 @@ def update_lowest_and_highest_base_vertex(
 
 
 @njit(**INLINE_OPTIONS)
-def vertex_waits_until_extreme_vertices_rest(
+def vertex_carries_no_load_until_base_ends_rest(
     body: BodyConstants,
     base_contact_state_of_earlier_vertices: BodyBaseContactState,
     vertex: BodyVertex,

@@ -155,7 +155,7 @@ def step_is_short_enough_for_predicted_forces(
 
 
 @njit(**INLINE_OPTIONS)
-def slip_and_tilting_moment_share_in_flat_landing(
+def slip_direction_and_tilting_share_in_flat_landing(
     body: BodyConstants,
     point_position_from_centre: Vector3,
     centre_velocity: Vector3,
@@ -239,7 +239,7 @@ def predict_contact_point(
     dx, dy = hx * one, hy * one
     most = body.friction * (n if contact_vibration_is_resolved else old.normal_force_per_mass)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts, tilting = slip_and_tilting_moment_share_in_flat_landing(
+    drift_x, drift_y, drifts, tilting = slip_direction_and_tilting_share_in_flat_landing(
         body, r, predicted_body.end_velocity, predicted_body.end_angular_velocity, (flat, base_tilting)
     )
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
@@ -274,7 +274,7 @@ def predict_contact_point(
 
 
 @njit(**INLINE_OPTIONS)
-def clipped_friction_limit_to_sticking_force_ratio(
+def sliding_point_friction_to_sticking_force_ratio(
     friction_limit: float, squared_sticking_force: float, is_assumed_to_slide: bool
 ) -> float:
     """Return the ratio, clipped to 0…1, of a sliding point's friction limit to the force that would make it stick.
@@ -314,7 +314,7 @@ def contact_force_and_derivatives_of_point(
         -(body.point_tangential_stiffness_per_mass * predicted_point.tangential_spring_stretch_y)
         - body.point_dashpot_constant_per_mass * u.y,
     )
-    part = clipped_friction_limit_to_sticking_force_ratio(
+    part = sliding_point_friction_to_sticking_force_ratio(
         body.friction * (n if contact_vibration_is_resolved else point_state_at_step_start.normal_force_per_mass),
         hx * hx + hy * hy,
         slides,

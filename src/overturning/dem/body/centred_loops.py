@@ -10,7 +10,7 @@ from overturning.dem.body.base_contact import (
     is_body_in_flat_landing,
     lowest_and_highest_base_points_rest,
     remaining_landing_time_of_new_contact,
-    vertex_waits_until_extreme_vertices_rest,
+    vertex_carries_no_load_until_base_ends_rest,
 )
 from overturning.dem.body.centred import (
     FlatLandingInputsOfContactPoint,
@@ -127,7 +127,9 @@ def predict_poses_and_velocities_at_step_end(body_states: Any, lane_count: int, 
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int) -> None:
+def predict_penetration_and_sliding_of_vertex_pair(
+    body_states: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int
+) -> None:
     """Predict penetration, contact and sliding of two opposite vertices of each body at the end of the step."""
     for j in range(assume_vector_multiple(lane_count)):
         body = load_body_constants(body_states, j)
@@ -145,10 +147,10 @@ def predict_contact_of_vertex_pair(body_states: Any, vertex_rows: Any, opposite_
         a = matrix_times_vector(f, p.position_from_centre_in_body_axes)
         b = matrix_times_vector(f, q.position_from_centre_in_body_axes)
         left, right = load_point_state_at_step_start(vertex_rows, j), load_point_state_at_step_start(opposite_rows, j)
-        waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, p, a.z, left)
+        waits = vertex_carries_no_load_until_base_ends_rest(body, base_contact, p, a.z, left)
         landing = FlatLandingInputsOfContactPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(vertex_rows, j, predict_contact_point(body, w, f, a, left, fine, False, landing))
-        waits = vertex_waits_until_extreme_vertices_rest(body, base_contact, q, b.z, right)
+        waits = vertex_carries_no_load_until_base_ends_rest(body, base_contact, q, b.z, right)
         landing = FlatLandingInputsOfContactPoint(waits, flat, new_landing, tilting_share)
         store_predicted_point(opposite_rows, j, predict_contact_point(body, w, f, b, right, fine, False, landing))
 
@@ -195,7 +197,7 @@ def predict_contact_of_opposite_rim_points(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_contact_terms_of_point_pair(
+def add_point_pair_terms_to_body_velocity_equations(
     body_states: Any, point_rows: Any, opposite_rows: Any, lane_count: int, none_if_first_pair: Any
 ) -> None:
     """Add two opposite contact points' terms to the equations for the body's velocities, for all cases in parallel.
@@ -230,7 +232,7 @@ def solve_velocity_corrections(body_states: Any, lane_count: int) -> None:
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_point_pair_forces_and_new_states(
+def compute_forces_and_states_of_opposite_points(
     body_states: Any, point_rows: Any, opposite_rows: Any, lane_count: int, base_is_round: Any, none_if_first_pair: Any
 ) -> None:
     """Compute forces and new states of two opposite contact points at the step end, for all cases in parallel.
@@ -357,19 +359,21 @@ def build_time_stepping_loop(base_is_round: bool) -> Any:
                     ahead = 1.0 if pair == 0 else 0.0
                     predict_contact_of_opposite_rim_points(body_states, one, other, lane_count, ahead, 1.0 - ahead)
                 else:
-                    predict_contact_of_vertex_pair(body_states, one, other, lane_count)
+                    predict_penetration_and_sliding_of_vertex_pair(body_states, one, other, lane_count)
                 if pair == 0:
-                    add_contact_terms_of_point_pair(body_states, one, other, lane_count, None)
+                    add_point_pair_terms_to_body_velocity_equations(body_states, one, other, lane_count, None)
                 else:
-                    add_contact_terms_of_point_pair(body_states, one, other, lane_count, 1)
+                    add_point_pair_terms_to_body_velocity_equations(body_states, one, other, lane_count, 1)
             solve_velocity_corrections(body_states, lane_count)
             for pair in range(0, half, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
                 one = vertex_rows[pair : pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
                 other = vertex_rows[half + pair : half + pair + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
                 if pair == 0:
-                    compute_point_pair_forces_and_new_states(body_states, one, other, lane_count, base_is_round, None)
+                    compute_forces_and_states_of_opposite_points(
+                        body_states, one, other, lane_count, base_is_round, None
+                    )
                 else:
-                    compute_point_pair_forces_and_new_states(body_states, one, other, lane_count, base_is_round, 1)
+                    compute_forces_and_states_of_opposite_points(body_states, one, other, lane_count, base_is_round, 1)
             accept_or_reject_steps(body_states, lane_count, ticks_per_sample, base_is_round)
             for point in range(0, 2 * half, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
                 update_contact_point_states_after_attempted_steps(

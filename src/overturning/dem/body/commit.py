@@ -7,7 +7,7 @@ from numba import njit
 
 from overturning.dem.body.centred import (
     acceleration_of_body_centre_relative_to_base,
-    slip_and_tilting_moment_share_in_flat_landing,
+    slip_direction_and_tilting_share_in_flat_landing,
 )
 from overturning.dem.body.state import (
     BodyConstants,
@@ -160,7 +160,7 @@ def compute_point_forces(
     stiffness, dashpot = body.point_tangential_stiffness_per_mass, body.point_dashpot_constant_per_mass
     hx, hy = -(stiffness * tx) - dashpot * u.x, -(stiffness * ty) - dashpot * u.y
     spin = plus(predicted_body.end_angular_velocity, velocity_correction.angular_velocity)
-    drift_x, drift_y, drifts, tilting = slip_and_tilting_moment_share_in_flat_landing(
+    drift_x, drift_y, drifts, tilting = slip_direction_and_tilting_share_in_flat_landing(
         body, r, plus(predicted_body.end_velocity, velocity_correction.velocity), spin,
         (predicted_point.body_lands_flat > 0.0, predicted_point.tilting_share_of_friction_moment_in_flat_landing),
     )  # fmt: skip

@@ -218,7 +218,7 @@ def body_has_fallen(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def update_late_tilt_and_return_case_status(
+def update_peak_tilt_near_end_and_return_status(
     body_states: Any,
     vertex_rows: Any,
     base_vertex_count: int,

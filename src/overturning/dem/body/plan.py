@@ -15,7 +15,7 @@ from overturning.dem.body.state import MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE, PAR
 from overturning.dem.body.statics import (
     MAX_CACHED_SOLIDS,
     body_pose_at_rest_on_springs,
-    largest_squared_frequency_on_unit_springs,
+    largest_squared_frequency_on_springs_of_any_face,
     smallest_squared_frequency_on_unit_springs,
     unloading_acceleration_g_and_min_to_mean_load,
 )
@@ -43,7 +43,7 @@ from overturning.dem.quiet import (
 )
 from overturning.dem.time_step import (
     IntegrationScheme,
-    inverse_contact_frequency_reduced_by_damping,
+    inverse_contact_frequency_reduced_at_high_damping,
     parse_scheme,
     steps_per_sample,
 )
@@ -210,7 +210,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     )
     made = [_cached_solid_of_shape(shape, *size) for size in sizes.tolist()]
     laws = np.array([contact.corner_stiffness_and_damping_per_mass(body) for body in made])
-    modes = np.array([largest_squared_frequency_on_unit_springs(body) for body in made])
+    modes = np.array([largest_squared_frequency_on_springs_of_any_face(body) for body in made])
     foot = np.array([body.centre_height for body in made])
     reach = np.array([body.min_base_edge_distance_from_centre for body in made])
     base = made[0].base_vertex_count
@@ -219,7 +219,7 @@ def plan_body_simulation(model: Body, motion: Motion, cases: Cases, numerics: Nu
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.sample_count
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps, pace = longest_steps_per_sample_and_step_control(
+    steps, pace = longest_step_count_per_sample_and_step_control(
         numerics, square[which], dashpot * modes[which], interval, period[which]
     )
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
@@ -331,7 +331,7 @@ def _rest_acceleration_limit_g_by_case(
     )  # fmt: skip
 
 
-def longest_steps_per_sample_and_step_control(
+def longest_step_count_per_sample_and_step_control(
     numerics: NumericalOptions,
     contact_omega_squared_by_case: FloatArray,
     contact_two_xi_omega_by_case: FloatArray,
@@ -359,7 +359,9 @@ def longest_steps_per_sample_and_step_control(
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
     tick = sampling_interval_s / steps / kernel_step_control.ticks_per_whole_step
-    contact = inverse_contact_frequency_reduced_by_damping(contact_omega_squared_by_case, contact_two_xi_omega_by_case)
+    contact = inverse_contact_frequency_reduced_at_high_damping(
+        contact_omega_squared_by_case, contact_two_xi_omega_by_case
+    )
     share = np.minimum(sampling_interval_s / steps / whole, 1.0)
     most = kernel_step_control.max_contact_change_step_times_omega * share * contact / tick
     finest = np.exp2(np.frexp(np.clip(most, 1.0, kernel_step_control.ticks_per_whole_step))[1] - 1.0)
@@ -374,7 +376,9 @@ def longest_steps_per_sample_and_step_control(
         "longest_step_with_all_contacts_closed_ticks": kernel_step_control.ticks_per_whole_step
         * np.where(rigid, np.gcd(usual, steps), 1),
         "steps_before_doubling_after_contact_change": np.round(
-            kernel_step_control.steps_before_length_doubles(contact_omega_squared_by_case, contact_two_xi_omega_by_case)
+            kernel_step_control.steps_of_equal_length_before_doubling(
+                contact_omega_squared_by_case, contact_two_xi_omega_by_case
+            )
             * steps
             / usual
         ),

@@ -15,11 +15,11 @@ from overturning.dem.body.centred_loops import build_time_stepping_loop
 from overturning.dem.body.ending import (
     body_rests_upright_on_all_base_vertices,
     state_sum_for_finite_check,
-    update_late_tilt_and_return_case_status,
+    update_peak_tilt_near_end_and_return_status,
     write_body_trajectory_row,
     write_case_results,
 )
-from overturning.dem.body.start import write_initial_body_state
+from overturning.dem.body.start import write_body_constants_and_initial_state
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
     STATE_ROW_LAYOUT,
@@ -166,7 +166,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
     body = kernel_input.body_constants_by_size[given.body]
     points = kernel_input.vertices_and_base_edges_by_size[given.body]
     interval = kernel_input.settings.sampling_interval
-    write_initial_body_state(
+    write_body_constants_and_initial_state(
         workspace.state,
         workspace.vertex_rows,
         lane,
@@ -380,7 +380,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
     """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED` if it has not ended."""
     end = float(kernel_input.settings.sample_count)
     sectors = kernel_input.lean_sector_vectors_and_fall_limits_by_size[kernel_input.cases[case_index].body]
-    return update_late_tilt_and_return_case_status(
+    return update_peak_tilt_near_end_and_return_status(
         workspace.state,
         workspace.vertex_rows,
         kernel_input.base_vertex_count,

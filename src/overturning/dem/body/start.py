@@ -63,7 +63,7 @@ ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_fi
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def write_initial_body_state(
+def write_body_constants_and_initial_state(
     body_states: Any, vertex_rows: Any, lane: int, case_table_row: Any, body_table_row: Any,
     vertices_and_base_edges: Any, sampling_interval_s: float, ticks_per_sample: float,
 ) -> None:  # fmt: skip

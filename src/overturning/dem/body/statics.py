@@ -50,7 +50,7 @@ def body_pose_at_rest_on_springs(body: RigidSolid, vertex_normal_stiffness_per_m
 
 
 @lru_cache(MAX_CACHED_SOLIDS)
-def largest_squared_frequency_on_unit_springs(body: RigidSolid) -> float:
+def largest_squared_frequency_on_springs_of_any_face(body: RigidSolid) -> float:
     """Return the largest eigenvalue ω² of a body on equal springs at its vertices, for the stable time step.
 
     Each spring has the stiffness 1/s² per body mass. Each further spring only raises the eigenvalue: the body has a
@@ -65,7 +65,7 @@ def largest_squared_frequency_on_unit_springs(body: RigidSolid) -> float:
 def smallest_squared_frequency_on_unit_springs(body: RigidSolid) -> float:
     """Return the smallest eigenvalue ω² of an upright body on equal springs at its base vertices.
 
-    Each spring has the stiffness 1/s² per body mass, as in `largest_squared_frequency_on_unit_springs`.
+    Each spring has the stiffness 1/s² per body mass, as in `largest_squared_frequency_on_springs_of_any_face`.
     """
     return lowest_eigenvalue(_mass_scaled_stiffness_of_unit_springs(body, np.arange(body.base_vertex_count)))
 

@@ -41,7 +41,7 @@ class StepLimitsCommonToAllCases(NamedTuple):
         """Largest number of times that a whole step may be halved."""
         return int(self.ticks_per_whole_step).bit_length() - 1
 
-    def steps_before_length_doubles(
+    def steps_of_equal_length_before_doubling(
         self, omega_squared_of_highest_mode: FloatArray, two_xi_omega_of_highest_mode: FloatArray
     ) -> FloatArray:
         """Return, for each case, the number of steps of one length after a contact change before the length doubles.

@@ -106,14 +106,14 @@ class InternalFunctionLibrary(JITCodeLibrary):
         """Return the address of the code that runs if Python calls the function `name`: it raises a `TypeError`."""
         self._ensure_finalized()
         return int(
-            _build_library_that_refuses_python_calls(self._codegen).get_pointer_to_function(
+            _build_library_that_python_cannot_call(self._codegen).get_pointer_to_function(
                 PYTHON_CALL_ERROR_FUNCTION_NAME
             )
         )
 
 
 @cache
-def _build_library_that_refuses_python_calls(codegen: Any) -> Any:
+def _build_library_that_python_cannot_call(codegen: Any) -> Any:
     """Return a library with a function that raises an error if Python calls it."""
     module, pointer = ir.Module(PYTHON_CALL_ERROR_FUNCTION_NAME), ir.IntType(8).as_pointer()
     builder = ir.IRBuilder(

@@ -32,9 +32,9 @@ from overturning.dem.kernel.compiler import (
 )
 from overturning.dem.kernel.tuples import (
     create_elementwise_function,
-    create_store_tuple_unless_function,
     create_tuple_loader,
     create_tuple_storer,
+    create_tuple_storer_skipping_flagged_lanes,
     create_zero_tuple_function,
     field_paths_of_numbers,
     select_llvm_value_without_branch,
@@ -330,5 +330,5 @@ class TupleRowLayout:
         return TupleReaderAndWriter(
             create_tuple_loader(accessed_tuple_type, rows, name),
             create_tuple_storer(accessed_tuple_type, rows, name),
-            create_store_tuple_unless_function(accessed_tuple_type, rows, name),
+            create_tuple_storer_skipping_flagged_lanes(accessed_tuple_type, rows, name),
         )

@@ -236,7 +236,7 @@ def create_tuple_storer(
     return intrinsic(signature_and_generator_for_store)
 
 
-def create_store_tuple_unless_function(
+def create_tuple_storer_skipping_flagged_lanes(
     tuple_type: type, row_offset_of_each_number_or_none: list[int | None], llvm_function_name_without_prefix: str
 ) -> Any:
     """Return a compiled function ``store_unless(array, j, keep, value)`` that writes a tuple unless `keep` is true.
@@ -334,13 +334,13 @@ def create_elementwise_function(
 
     generated = GeneratedLlvmFunction(machine_code_name, generate_llvm_for_elementwise_operation)
 
-    def signature_and_generator_for_combination(
+    def signature_and_generator_for_elementwise_function(
         _typing_context: Any, first_tuple_type: Any, second_tuple_type: Any
     ) -> Any:
         """Check the types; return the Numba signature of the combination and the generator of its LLVM code."""
         _check_argument_types(tuple_type, first_tuple_type, second_tuple_type)
 
-        def generate_combination_code(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
+        def generate_elementwise_function_call(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the combining function."""
             two = [
                 _convert_tuple_to_float64(context, builder, tuple_type, *one)
@@ -349,9 +349,9 @@ def create_elementwise_function(
             numbers = [number for one in two for number in llvm_numbers_of_tuple(builder, tuple_type, one)]
             return generated(context, builder, signature.return_type, *numbers)
 
-        return numba_tuple_type(tuple_type)(first_tuple_type, second_tuple_type), generate_combination_code
+        return numba_tuple_type(tuple_type)(first_tuple_type, second_tuple_type), generate_elementwise_function_call
 
-    return intrinsic(signature_and_generator_for_combination)
+    return intrinsic(signature_and_generator_for_elementwise_function)
 
 
 def table_dtype_of_named_tuples(*tuple_types: Any) -> np.dtype[np.void]:

@@ -383,7 +383,7 @@ def fall_limits_supports_and_overturning_energies(
                 not item.has_prescribed_motion,
                 *fall_rotations_to_both_sides(item),
                 *prepared_scene.tipping_angles_by_element_and_side[k],
-                *prepared_scene.support_and_held_bottom_element_indices(k),
+                *prepared_scene.support_and_held_stack_bottom_indices(k),
                 prepared_scene.overturning_energies[k],
             )
             for k, item in enumerate(prepared_scene.elements)

@@ -22,7 +22,7 @@ from overturning.dem.polygon.resting import (
     element_has_tipped,
     element_has_tipped_or_dropped,
     largest_penetration_so_far,
-    last_time_on_standing_support_or_inf_if_now,
+    last_supported_time_or_inf_if_supported_now,
     longest_time_until_sliding_stops,
     no_element_tipped_dropped_or_unsupported,
 )
@@ -75,7 +75,7 @@ def case_status(
     case = rows.load_scene_state(case_states, lane)
     v = int(case.scene_variant_index)
     fall_and_support_table, limits = scene_arrays.fall_and_support_table[v], scene_arrays.termination_limits[v]
-    check, moving, standing, fallen, safe, slid = store_fall_sides_and_count_elements(
+    check, moving, standing, fallen, safe, slid = store_new_fall_sides_and_count_elements(
         case_states, lane, fall_and_support_table
     )
     if not np.isfinite(check) or largest_penetration_so_far(case_states, lane, scene_arrays) > limits.max_penetration:
@@ -187,7 +187,7 @@ def all_elements_stand_and_outcomes_are_final(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def store_fall_sides_and_count_elements(
+def store_new_fall_sides_and_count_elements(
     case_states: Any, lane: int, fall_and_support_table: Any
 ) -> ElementCountsAndKineticEnergy:
     """Store the side of elements that fell since the last test; count elements that stand, fell, or stand for good."""
@@ -206,7 +206,9 @@ def store_fall_sides_and_count_elements(
             e[rows.FALL_SIDE_ROW_OFFSET + lane] = fall_side_by_peak_rotation_or_zero(item, fall_and_support_table[i])
         stands = e[rows.FALL_SIDE_ROW_OFFSET + lane] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(stands and element_stands_safely(item, fall_and_support_table[i].energy_needed_to_overturn))
+        safe += int(
+            stands and element_tilt_slip_and_energy_are_small(item, fall_and_support_table[i].energy_needed_to_overturn)
+        )
     return ElementCountsAndKineticEnergy(check, moving, standing, fallen, safe, slid)
 
 
@@ -291,7 +293,7 @@ def find_fallen_elements_and_store_side_and_time(
                 continue
             item, until = (
                 rows.load_element_state(e, lane),
-                last_time_on_standing_support_or_inf_if_now(case_states, lane, scene_arrays, i, max_support_gap),
+                last_supported_time_or_inf_if_supported_now(case_states, lane, scene_arrays, i, max_support_gap),
             )
             if element_has_tipped_or_dropped(item, fall_and_support_table[i]):
                 until = item.slip_fall_side_and_last_upright_time.last_time_recoverable_and_above_fall_limit
@@ -339,7 +341,7 @@ def remaining_motion_cannot_move_standing_groups(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def element_stands_safely(element: ElementState, energy_needed_to_overturn: float) -> bool:
+def element_tilt_slip_and_energy_are_small(element: ElementState, energy_needed_to_overturn: float) -> bool:
     """True if tilt, slip and kinetic energy of an element are small shares of those at which it could fall."""
     return bool(
         abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_or_fall_angle

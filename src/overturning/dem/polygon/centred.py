@@ -161,7 +161,7 @@ def matrix_of_force_per_velocity(
 
 
 @njit(**INLINE_OPTIONS)
-def planar_contact_equation_terms(
+def planar_contact_matrix_forces_and_signed_friction(
     contact_law: ContactPointConstants,
     half_step_time: float,
     contact_point: PlanarContactPoint,
@@ -269,8 +269,8 @@ def add_pair_contact_terms_to_equations(
         )
         g1 = predict_planar_contact_point(law, old.point_1, slid_1, one, segment, both, kind)
         g2 = predict_planar_contact_point(law, old.point_2, slid_2, two, segment, both, kind)
-        p1, f1, slid_1 = planar_contact_equation_terms(law, half, point_1, g1, g2)
-        p2, f2, slid_2 = planar_contact_equation_terms(law, half, point_2, g2, g1)
+        p1, f1, slid_1 = planar_contact_matrix_forces_and_signed_friction(law, half, point_1, g1, g2)
+        p2, f2, slid_2 = planar_contact_matrix_forces_and_signed_friction(law, half, point_2, g2, g1)
         rows.store_stretch_and_assumed_friction_at_point_1(
             pair_state_rows, j, PredictedStretchAndAssumedFriction(g1.tangential_spring_stretch, slid_1)
         )

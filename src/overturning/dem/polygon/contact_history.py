@@ -157,7 +157,7 @@ def contact_vertex_position_from_centre_of_a(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def set_pair_forces_at_rest(pair_state_rows: Any, lane: int) -> None:
+def set_pair_forces_from_penetration_and_stretch(pair_state_rows: Any, lane: int) -> None:
     """Set the contact forces of two elements at rest from penetrations and stretches of tangential springs."""
     pair = rows.load_pair_state(pair_state_rows, lane)
     for end in range(2):

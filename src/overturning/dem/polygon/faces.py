@@ -298,7 +298,7 @@ def build_planar_contact_point(
 @njit(**INLINE_OPTIONS)
 def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> ContactSegment:
     """Return the overlap of two elements' nearest faces, with open contact points if they are too far apart."""
-    return find_contact_segment_open_unless_may_touch(
+    return find_contact_segment_open_if_out_of_reach(
         pair,
         pose_a,
         pose_b,
@@ -308,7 +308,7 @@ def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> Contact
 
 
 @njit(**INLINE_OPTIONS)
-def find_contact_segment_open_unless_may_touch(
+def find_contact_segment_open_if_out_of_reach(
     pair: PairState, pose_a: Pose, pose_b: Pose, elements_may_touch: bool
 ) -> ContactSegment:
     """Return the overlap of two elements' nearest faces at given poses; with open contact points unless they may touch.

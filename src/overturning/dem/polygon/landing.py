@@ -119,7 +119,7 @@ def lever_arm_of_force_rotating_a_relative_to_b(
 
 
 @njit(**INLINE_OPTIONS)
-def shift_tangential_force_towards_b(
+def shift_tangential_force_towards_element_b(
     contact_point: PlanarContactPoint, shift_towards_b_along_normal: float
 ) -> PlanarContactPoint:
     """Return a contact point whose tangential force acts further towards b, by a signed distance (m) along the normal.
@@ -173,7 +173,9 @@ def contact_points_with_flat_landing_lever_arms(
     place = -0.5 * (drift * (t1 + t2))
     within = (place - n1) * (place - n2) <= 0.0
     share = 1.0 if slides_one & slides_two & (drift == other) & within else 0.0
-    return shift_tangential_force_towards_b(one, share * t1), shift_tangential_force_towards_b(two, share * t2)
+    return shift_tangential_force_towards_element_b(one, share * t1), shift_tangential_force_towards_element_b(
+        two, share * t2
+    )
 
 
 @njit(**INLINE_OPTIONS)

@@ -141,7 +141,7 @@ class PolygonSimulationPlan(SimulationPlan):
         interval, table = self.motion.sampling_interval, self.case_table.copy()
         table["earliest_end_sample_if_decided"] = np.ceil((trajectory_rows[-1, TIME_COLUMN] + added_time_s) / interval)
         plan = replace(self, case_table=table)
-        _, longer = plan.simulate_cases_of_group(
+        _, longer = plan.simulate_group_with_reruns_on_energy_error(
             np.zeros(1, np.int64), np.zeros(1, np.int64), plan.create_trajectory_buffer(is_recorded=True)
         )
         poses = slice(0, 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(self.prepared_scenes_by_size_and_damping[0].elements))
@@ -183,7 +183,7 @@ def plan_scene_simulation(
     distinct, variant = np.unique(keys, axis=0, return_inverse=True)
     variant = variant.reshape(-1)
     variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
-    _check_stiffness_limit_and_equal_pairs(scene, variants)
+    _check_stiffness_and_same_contacts_at_all_sizes(scene, variants)
     row, ground = azimuth_row_by_case_and_base_accelerations(motion, cases)
     square = np.array([item.max_omega_squared_on_springs for item in variants])
     rate = np.array([item.max_dashpot_eigenvalue for item in variants]) * distinct[:, 2]
@@ -205,7 +205,7 @@ def plan_scene_simulation(
     table["min_allowed_step_ticks"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
     table["steps_before_doubling_after_contact_change"] = np.round(
-        SCENE_STEP_CONTROL.steps_before_length_doubles(square, rate) * divided * numerics.refinement
+        SCENE_STEP_CONTROL.steps_of_equal_length_before_doubling(square, rate) * divided * numerics.refinement
     )[variant]
     table["longest_step_with_all_contacts_closed_ticks"] = SCENE_STEP_CONTROL.ticks_per_whole_step
     table["long_steps_before_doubling"] = SCENE_STEP_CONTROL.long_steps_before_doubling
@@ -359,7 +359,7 @@ def steps_per_sample_shortest_step_auto_to_requested_ratio(
     return steps, np.ldexp(SCENE_STEP_CONTROL.ticks_per_whole_step, -halvings), steps / fewest
 
 
-def _check_stiffness_limit_and_equal_pairs(
+def _check_stiffness_and_same_contacts_at_all_sizes(
     scene: Scene, prepared_scenes_by_size_and_damping: list[SceneEquilibriumStiffnessAndRockingLimits]
 ) -> None:
     """Raise an `ArgumentError` if contacts are too stiff for float64, or the size changes which elements touch."""

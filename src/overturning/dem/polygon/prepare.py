@@ -29,7 +29,7 @@ from overturning.model.geometry import (
     PlacedElement,
     convex_piece_pairs_with_movable_element,
     first_overlap_or_support_error_message,
-    place_elements,
+    scale_and_place_elements,
     wide_ground_element_name,
 )
 from overturning.model.scene import Scene
@@ -148,7 +148,7 @@ class SceneEquilibriumStiffnessAndRockingLimits:
         places = [item.centre_of_mass_x for item in self.elements]
         return np.array([far[on] - abs(x - places[on]) for on, (x, _) in zip(supports, centres, strict=True)])
 
-    def support_and_held_bottom_element_indices(self, element_index: int) -> tuple[int, int]:
+    def support_and_held_stack_bottom_indices(self, element_index: int) -> tuple[int, int]:
         """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
         supports, last = self.support_element_indices, element_index
         while not self.elements[last].has_prescribed_motion and supports[last] != last:
@@ -182,7 +182,7 @@ def prepare_scene(
 
     Its height (m) and B/H are those of the scene file where they are None.
     """
-    placed = place_elements(scene, reference_element_height, reference_element_b_over_h)
+    placed = scale_and_place_elements(scene, reference_element_height, reference_element_b_over_h)
     pairs = convex_piece_pairs_with_movable_element(placed)
     joints = contact_points_at_rest_with_derivatives(placed, pairs)
     laws = compute_pair_contact_laws(scene, placed, pairs, joints)

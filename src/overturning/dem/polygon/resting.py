@@ -9,7 +9,7 @@ from overturning.dem.kernel.ending import MAX_TILT_RATIO_AT_REST, NEGLIGIBLE_REM
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import updated_maximum
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import find_contact_segment_open_unless_may_touch
+from overturning.dem.polygon.faces import find_contact_segment_open_if_out_of_reach
 from overturning.dem.polygon.state import (
     CONTACT_CODE_OPEN,
     ElementState,
@@ -55,7 +55,7 @@ def count_closed_contact_points(pair: PairState) -> int:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def last_time_on_standing_support_or_inf_if_now(
+def last_supported_time_or_inf_if_supported_now(
     case_states: Any, lane: int, scene_arrays: Any, element_index: int, max_support_gap: float
 ) -> float:
     """Return the last time (s) at which an element was on a standing support; infinity if it is on one now.
@@ -79,7 +79,7 @@ def last_time_on_standing_support_or_inf_if_now(
         ):
             continue
         had = True
-        segment = find_contact_segment_open_unless_may_touch(
+        segment = find_contact_segment_open_if_out_of_reach(
             pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True
         )
         if (segment.point_1.vertex_projects_onto_other_face and segment.point_1.penetration > -max_support_gap) or (
@@ -103,7 +103,7 @@ def no_element_tipped_dropped_or_unsupported(
                 rows.load_element_state(rows.slice_element_rows(case_states, i), lane),
                 fall_and_support_table[i],
             )
-            or last_time_on_standing_support_or_inf_if_now(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
+            or last_supported_time_or_inf_if_supported_now(case_states, lane, scene_arrays, i, max_support_gap) < np.inf
         ):
             return False
     return True
@@ -132,7 +132,7 @@ def any_element_can_still_land(
                 touching += count_closed_contact_points(rows.load_pair_state(q, lane))
         if (
             touching == 0
-            and last_time_on_standing_support_or_inf_if_now(case_states, lane, scene_arrays, i, max_support_gap)
+            and last_supported_time_or_inf_if_supported_now(case_states, lane, scene_arrays, i, max_support_gap)
             < np.inf
         ):
             return True

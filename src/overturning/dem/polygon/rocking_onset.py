@@ -92,7 +92,7 @@ def _indices_of_elements_overturning_together(
     all elements on it.
     """
 
-    def restoring_moment_over_g_and_element_indices(element_index: int) -> tuple[float, list[int]]:
+    def restoring_moment_over_g_and_overturned_elements(element_index: int) -> tuple[float, list[int]]:
         """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
         item, whole = elements[element_index], base_acceleration_over_g == -np.inf
         arm, height = (
@@ -102,11 +102,11 @@ def _indices_of_elements_overturning_together(
         held = 0.0 if whole else item.mass * (arm - base_acceleration_over_g * height)
         part = [element_index]
         for moment, more in map(
-            restoring_moment_over_g_and_element_indices,
+            restoring_moment_over_g_and_overturned_elements,
             (n for n in range(max_element_index_in_group + 1) if element_index in supports.get(n, ())),
         ):
             if whole or moment < 0.0 or max_element_index_in_group in more:
                 held, part = held + moment, part + more
         return held, part
 
-    return sorted(restoring_moment_over_g_and_element_indices(lowest_element_index)[1])
+    return sorted(restoring_moment_over_g_and_overturned_elements(lowest_element_index)[1])

@@ -52,7 +52,10 @@ from overturning.dem.polygon.resting import all_elements_at_rest_in_initial_posi
 from overturning.dem.polygon.slip import update_rest_poses_slips_and_sample_clock
 from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
 from overturning.dem.polygon.state import Pose
-from overturning.dem.polygon.suspended_pairs import create_active_pairs, resume_contact_tests_after_motion
+from overturning.dem.polygon.suspended_pairs import (
+    create_contact_test_schedule_of_all_pairs,
+    resume_contact_tests_after_motion,
+)
 from overturning.dem.time_step import IntegrationScheme
 from overturning.model.status import CaseStatus
 
@@ -141,7 +144,7 @@ def allocate_workspace(kernel_input: Any) -> Any:
         owner,
         matrix,
         equations.create_empty_nonzero_pattern(elements),
-        create_active_pairs(pairs),
+        create_contact_test_schedule_of_all_pairs(pairs),
         moves,
     )
 

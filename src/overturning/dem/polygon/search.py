@@ -284,7 +284,7 @@ def ranges_where_vertices_touch_opposite_faces(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_step_motion_and_count_near_and_due_cases(
+def sum_pair_motion_and_count_near_and_search_cases(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
 ) -> tuple[int, int]:
     """Add the last step's motion of two elements to their sum; count cases near contact and due for a face search.
@@ -335,7 +335,7 @@ def update_nearest_faces_and_check_possible_contact(
 
     `scene_piece_index_of_a` and `scene_piece_index_of_b` are the indices of their convex pieces among all pieces.
     """
-    near, due = add_step_motion_and_count_near_and_due_cases(
+    near, due = sum_pair_motion_and_count_near_and_search_cases(
         pair_state_rows, element_a_state_rows, element_b_state_rows
     )
     if due > 0:

@@ -89,7 +89,7 @@ def store_slip_and_last_time_rotation_recoverable(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def store_last_time_on_support_of_upper_element(
+def store_support_time_of_upper_element_if_touching(
     pair_state_rows: Any,
     element_a_state_rows: Any,
     element_b_state_rows: Any,
@@ -141,7 +141,7 @@ def update_rest_poses_slips_and_sample_clock(
             )
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, a, b = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)
-        store_last_time_on_support_of_upper_element(q, a, b, case_states, 1.0 / ticks_per_sample, sampling_interval)
+        store_support_time_of_upper_element_if_touching(q, a, b, case_states, 1.0 / ticks_per_sample, sampling_interval)
     for j in range(rows.PARALLEL_CASE_COUNT):
         sample, tick = (
             case_states[rows.CURRENT_SAMPLE_ROW_OFFSET + j],

@@ -10,7 +10,7 @@ from overturning.dem.kernel.ending import LastSampleOfContinuedSlidingCase
 from overturning.dem.kernel.ground import LinearBaseAcceleration
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.contact_history import set_pair_forces_at_rest
+from overturning.dem.polygon.contact_history import set_pair_forces_from_penetration_and_stretch
 from overturning.dem.polygon.energy import pair_spring_energy
 from overturning.dem.polygon.search import update_nearest_faces_and_contact_history
 from overturning.dem.polygon.state import (
@@ -116,5 +116,5 @@ def write_initial_pair_states(
                 np.inf,
                 -1.0,
             )
-        set_pair_forces_at_rest(q, lane)
+        set_pair_forces_from_penetration_and_stretch(q, lane)
         q[rows.ABSORBED_ENERGY_ROW_OFFSET + lane] = pair_spring_energy(rows.load_pair_state(q, lane))

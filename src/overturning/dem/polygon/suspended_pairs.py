@@ -48,7 +48,7 @@ LARGEST_MOTION_SUM_INDEX, NEXT_PAIR_TEST_MOTION_SUM_INDEX, LEVER_ARM_INDEX_IN_MO
 
 
 @njit(**ALLOCATING_INLINE_OPTIONS)
-def create_active_pairs(pair_count: int) -> Any:
+def create_contact_test_schedule_of_all_pairs(pair_count: int) -> Any:
     """Return the schedule of a scene with `pair_count` element pairs, all tested for contact at each step."""
     travel = np.zeros(3)
     travel[NEXT_PAIR_TEST_MOTION_SUM_INDEX] = np.inf
@@ -224,7 +224,7 @@ def sum_motions_and_resume_contact_tests(
         far, turn = largest[2 * rows.PARALLEL_CASE_COUNT + j], largest[3 * rows.PARALLEL_CASE_COUNT + j]
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
     # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in
-    # `search.add_step_motion_and_count_near_and_due_cases`.
+    # `search.sum_pair_motion_and_count_near_and_search_cases`.
     pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX] += 2.0 * last
     travel = (
         pair_contact_test_schedule.largest_motion_sum_next_test_sum_and_lever_arm[LARGEST_MOTION_SUM_INDEX]

@@ -108,7 +108,7 @@ def stone_kinetic_energy(stone_constants: StoneConstants, state: StoneState) -> 
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stack_energy(
+def energy_of_unfallen_stones_and_contact_springs(
     stack_states: Any, lane: int, stone_count: int, max_corner_count_per_face: int, zero_energy_height_by_stone: Any
 ) -> float:
     """Return the energy (J) of the stones of a stack that have not fallen, and of the contact springs below them.
@@ -247,7 +247,9 @@ def stop_fallen_and_upper_stones_true_if_none_left(
     fallen = lowest_newly_fallen_stone_index(stack_states, lane, stone_count, max_corner_count_per_face)
     if fallen == stone_count:
         return False
-    before = stack_energy(stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone)
+    before = energy_of_unfallen_stones_and_contact_springs(
+        stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone
+    )
     start_of_sample = load_case_progress(stack_states, lane).current_sample * ticks_per_sample
     tick = load_tick_length_failure_and_rest_limits(stack_states, lane).tick_length_s
     for s in range(fallen, stone_count):
@@ -269,7 +271,7 @@ def stop_fallen_and_upper_stones_true_if_none_left(
             0.0, upright_until, 1.0 if slid_off and s == fallen else 0.0
         ))  # fmt: skip
     account = load_energy_account(stack_states, lane)
-    gone = before - stack_energy(
+    gone = before - energy_of_unfallen_stones_and_contact_springs(
         stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone
     )
     store_energy_account(
@@ -287,7 +289,7 @@ def stop_fallen_and_upper_stones_true_if_none_left(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def stop_fallen_stones_and_return_status(
+def end_simulation_of_fallen_stones_and_return_status(
     stack_states: Any,
     lane: int,
     stone_count: int,
@@ -399,7 +401,9 @@ def stack_energy_is_too_small_to_overturn(
     left = max(1.0 - slip / case.min_distance_of_mass_centre_above_to_joint_side, 0.0)
     heights = stone_table_rows.centre_height_at_rest
     energy = (
-        stack_energy(stack_states, lane, stone_table_rows.size, max_corner_count_per_face, heights)
+        energy_of_unfallen_stones_and_contact_springs(
+            stack_states, lane, stone_table_rows.size, max_corner_count_per_face, heights
+        )
         - course.initial_energy
     )
     return bool(energy < course.energy_needed_to_overturn * left * left)
@@ -418,7 +422,9 @@ def write_stack_results(
 ) -> None:
     """Write the results of the case in column `lane` into `result_row`, and those of its stones into their rows."""
     account, course = load_energy_account(stack_states, lane), load_case_progress(stack_states, lane)
-    energy = stack_energy(stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone)
+    energy = energy_of_unfallen_stones_and_contact_springs(
+        stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone
+    )
     balance = (energy - course.initial_energy) - account.base_motion_work + account.dissipated_or_removed_energy
     result_row.energy_error = abs(balance) / max(account.base_motion_work, course.energy_needed_to_overturn)
     result_row.peak_penetration = account.peak_penetration

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.centred import clipped_friction_limit_to_sticking_force_ratio
+from overturning.dem.body.centred import sliding_point_friction_to_sticking_force_ratio
 from overturning.dem.body.vectors import Matrix3, Vector3, plus
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.kernel.mechanics import base_slides_in_flat_landing
@@ -52,7 +52,7 @@ def tangential_contact_force(
 
 
 @njit(**INLINE_OPTIONS)
-def flat_landing_slip_direction_and_slide_flag(
+def slide_direction_and_slide_flag_in_flat_landing(
     joint_constants: JointConstants,
     relative_velocity_at_origin: Vector3,
     relative_angular_velocity: Vector3,
@@ -136,7 +136,7 @@ def predict_friction(
     )
     force = tangential_contact_force(joint, stretch, velocity)
     most = joint.friction * (sums.normal_force if forces_decide_contact | (not was) else previous.normal_force)
-    slip, drifts = flat_landing_slip_direction_and_slide_flag(
+    slip, drifts = slide_direction_and_slide_flag_in_flat_landing(
         joint, frame.velocity_at_origin, spin, centre_height, (cx, cy, arm)
     )
     drifts = drifts & lands_flat
@@ -172,7 +172,7 @@ def predicted_joint_force_moment_and_derivatives(
     in_contact, slides = friction.is_assumed_loaded > 0.0, friction.is_assumed_to_slide > 0.0
     d = friction.friction_direction
     held = tangential_contact_force(joint, friction.tangential_spring_stretch, friction.slip_velocity_at_friction_point)
-    part = clipped_friction_limit_to_sticking_force_ratio(
+    part = sliding_point_friction_to_sticking_force_ratio(
         joint.friction * normal_force_for_friction_across_sliding, squared_length(held), slides
     )
     mu = joint.friction if slides & in_contact else 0.0
@@ -255,7 +255,7 @@ class AssumedAndActualJointSlidingFlags(NamedTuple):
 
 
 @njit(**INLINE_OPTIONS)
-def compare_friction_with_assumption(
+def differences_of_friction_from_assumption(
     assumed_friction_direction: TangentialVectorWithScaledTwist, end_friction_force: TangentialVectorWithScaledTwist,
     end_slip_velocity: TangentialVectorWithScaledTwist, stretch_at_step_start: TangentialVectorWithScaledTwist,
     joint_friction_flags: AssumedAndActualJointSlidingFlags,
@@ -334,7 +334,7 @@ JointContactState]:  # fmt: skip
     force = tangential_contact_force(joint, stretch, velocity)
     at_origin = plus(relative_motion.velocity_at_origin, change[0])
     spin = plus(relative_motion.angular_velocity, change[1])
-    slip, drifts = flat_landing_slip_direction_and_slide_flag(joint, at_origin, spin, centre_height, (cx, cy, arm))
+    slip, drifts = slide_direction_and_slide_flag_in_flat_landing(joint, at_origin, spin, centre_height, (cx, cy, arm))
     drifts = drifts & lands_flat
     hx, hy = (-slip.x if drifts else force.x), (-slip.y if drifts else force.y)
     ht = -slip.twist_times_radius if drifts else force.twist_times_radius
@@ -363,7 +363,7 @@ JointContactState]:  # fmt: skip
     let_go = (
         0.5 * k * (released if loaded else (squared_length(s) if joint_state_at_step_start.normal_force > 0.0 else 0.0))
     )
-    findings = compare_friction_with_assumption(
+    findings = differences_of_friction_from_assumption(
         friction.friction_direction, TangentialVectorWithScaledTwist(fx, fy, ft), velocity, s,
         AssumedAndActualJointSlidingFlags(most > 0.0, loaded, not forces_decide_contact,
         friction.is_assumed_to_slide > 0.0, slips),

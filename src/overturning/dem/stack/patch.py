@@ -60,7 +60,9 @@ MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET: Final = JOINT_ROW_LAYOUT.row_off
 
 
 @njit(**INLINE_OPTIONS)
-def upper_face_centre(stone_constants: StoneConstants, predicted_stone: PredictedStone, stone_axes: Matrix3) -> Vector3:
+def predicted_upper_face_centre(
+    stone_constants: StoneConstants, predicted_stone: PredictedStone, stone_axes: Matrix3
+) -> Vector3:
     """Return the position (m) of the centre of a stone's upper face at the predicted end of a step."""
     return plus(
         predicted_stone.centre_position,
@@ -71,7 +73,7 @@ def upper_face_centre(stone_constants: StoneConstants, predicted_stone: Predicte
 
 
 @njit(**INLINE_OPTIONS)
-def relative_motion_at_lower_face(
+def upper_stone_motion_relative_to_face_below(
     upper_stone_constants: StoneConstants,
     predicted_upper_stone: PredictedStone,
     upper_stone_axes: Matrix3,
@@ -115,7 +117,7 @@ def predicted_motion_relative_to_contact_frame(
     below = load_predicted_stone(lower_stone_rows, lane)
     lever_arm = minus(contact_frame_origin, below.centre_position)
     velocity = plus(below.end_velocity, cross_product(below.end_angular_velocity, lever_arm))
-    return relative_motion_at_lower_face(
+    return upper_stone_motion_relative_to_face_below(
         load_stone_constants(upper_stone_rows, lane), load_predicted_stone(upper_stone_rows, lane),
         load_stone_axes(upper_stone_rows, lane), contact_frame_axes, contact_frame_origin,
         (velocity, below.end_angular_velocity),
@@ -128,7 +130,7 @@ def predict_lowest_stone_motion_relative_to_ground(upper_stone_rows: Any, joint_
     for j in range(assume_vector_multiple(lane_count)):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-        store_relative_motion(joint_rows, j, relative_motion_at_lower_face(
+        store_relative_motion(joint_rows, j, upper_stone_motion_relative_to_face_below(
             load_stone_constants(upper_stone_rows, j), load_predicted_stone(upper_stone_rows, j),
             load_stone_axes(upper_stone_rows, j), level, still, (still, still),
         ))  # fmt: skip
@@ -141,7 +143,7 @@ def predict_motion_relative_to_stone_below(
     """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
     for j in range(assume_vector_multiple(lane_count)):
         axes = load_stone_axes(lower_stone_rows, j)
-        origin = upper_face_centre(
+        origin = predicted_upper_face_centre(
             load_stone_constants(lower_stone_rows, j), load_predicted_stone(lower_stone_rows, j), axes
         )
         store_joint_frame(joint_rows, j, JointFrameAxesAndOrigin(axes, origin))
@@ -274,7 +276,7 @@ def contact_point_on_side(
 
 
 @njit(**INLINE_OPTIONS)
-def base_point_above_lower_face(
+def point_of_upper_stone_base_above_lower_face(
     relative_motion: JointRelativePoseAndVelocity,
     x_in_lower_face_frame: float,
     y_in_lower_face_frame: float,
@@ -290,7 +292,7 @@ def base_point_above_lower_face(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def place_contact_points_of_lower_side(
+def place_contact_points_of_lower_face_side(
     joint_rows: Any,
     lower_side_rows: Any,
     next_lower_corner_rows: Any,
@@ -317,15 +319,19 @@ def place_contact_points_of_lower_side(
         at, to = own.begin_side_fraction, own.end_side_fraction
         x, y = c.x_from_face_centre, c.y_from_face_centre
         side_x, side_y = d.x_from_face_centre - x, d.y_from_face_centre - y
-        begin = base_point_above_lower_face(frame, x + at * side_x, y + at * side_y, part if at > 0.0 else 0.0)
-        end = base_point_above_lower_face(frame, x + to * side_x, y + to * side_y, part if to < 1.0 else 0.0)
-        store_point_position(lower_side_rows, j, base_point_above_lower_face(frame, x, y, corner))
+        begin = point_of_upper_stone_base_above_lower_face(
+            frame, x + at * side_x, y + at * side_y, part if at > 0.0 else 0.0
+        )
+        end = point_of_upper_stone_base_above_lower_face(
+            frame, x + to * side_x, y + to * side_y, part if to < 1.0 else 0.0
+        )
+        store_point_position(lower_side_rows, j, point_of_upper_stone_base_above_lower_face(frame, x, y, corner))
         store_point_position(part_begin_point_rows, j, begin)
         store_point_position(part_end_point_rows, j, end)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def place_contact_points_of_base_side(
+def store_contact_points_at_clipped_side_ends(
     joint_rows: Any,
     base_side_rows: Any,
     next_base_corner_rows: Any,
@@ -370,7 +376,7 @@ def place_partial_patch_points_with_stiffness(
     for k in range(lower_face_corner_count):
         following = (k + 1) % lower_face_corner_count
         before = (k + lower_face_corner_count - 1) % lower_face_corner_count
-        place_contact_points_of_lower_side(
+        place_contact_points_of_lower_face_side(
             joint_rows,
             slice_contact_point_rows(joint_point_rows, base_corner_count + k),
             slice_contact_point_rows(joint_point_rows, base_corner_count + following),
@@ -381,7 +387,7 @@ def place_partial_patch_points_with_stiffness(
         )
     for i in range(base_corner_count):
         following, before = (i + 1) % base_corner_count, (i + base_corner_count - 1) % base_corner_count
-        place_contact_points_of_base_side(
+        store_contact_points_at_clipped_side_ends(
             joint_rows,
             slice_contact_point_rows(joint_point_rows, i),
             slice_contact_point_rows(joint_point_rows, following),

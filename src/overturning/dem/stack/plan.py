@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.plan import (
     SimulationPlan3D,
     base_motion_indices_cosines_and_accelerations,
-    longest_steps_per_sample_and_step_control,
+    longest_step_count_per_sample_and_step_control,
     sample_ranges_able_to_move_3d_model_at_rest,
 )
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL
@@ -40,7 +40,7 @@ from overturning.dem.stack.rules import StackKernelInput
 from overturning.dem.stack.state import PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.stack.statics import (
     ContactSpringsAndPatchesOfStack,
-    base_x_offsets_from_support_at_rest,
+    base_x_relative_to_support_centre_at_rest,
     eigenvalue_bound_factor_for_inertia_products,
     joint_constants_of_stack,
     kernel_rows_of_face_corners,
@@ -119,7 +119,7 @@ class StackSimulationPlan(SimulationPlan3D):
         orientation = np.asarray(self.cases.azimuth_deg)[case_numbers]
         # Slip is counted from the position at rest.
         each, stack = result_tables["each"].copy(), self.case_table["stack"][case_numbers]
-        each["slip_x_on_support_at_end"] -= base_x_offsets_from_support_at_rest(self.stone_table_by_stack)[stack]
+        each["slip_x_on_support_at_end"] -= base_x_relative_to_support_centre_at_rest(self.stone_table_by_stack)[stack]
         return outcome_variables_of_stacks(
             result_tables["results"], each, orientation, self.orientation_unit_vector_north_east[case_numbers]
         )
@@ -252,7 +252,7 @@ def _least_overturning_energy_over_joints(joint_constants: ContactSpringsAndPatc
             - patch.height_of_centre_of_all_mass_above
         )
         for distance, patch in zip(
-            joint_constants.nearest_side_distances_from_centre_of_stones_above,
+            joint_constants.nearest_side_distances_from_projected_mass_centre,
             joint_constants.contact_patches,
             strict=True,
         )
@@ -288,7 +288,7 @@ def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: Con
 
 def _longest_rocking_time_constant_over_joints_s(joint_constants: ContactSpringsAndPatchesOfStack) -> float:
     """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
-    half_width = joint_constants.nearest_side_distances_from_centre_of_stones_above
+    half_width = joint_constants.nearest_side_distances_from_projected_mass_centre
     return float(
         rocking_time_constant(
             2.0 * half_width, 2.0 * joint_constants.heights_of_centre_of_all_stones_above_joints
@@ -321,7 +321,7 @@ def plan_stack_simulation(
     interval, samples = motion.sampling_interval, motion.sample_count
     damping = np.asarray(cases.damping_factor)
     rate = (square * delay)[which] * damping
-    steps, pace = longest_steps_per_sample_and_step_control(
+    steps, pace = longest_step_count_per_sample_and_step_control(
         numerics,
         square[which],
         rate,
@@ -349,7 +349,7 @@ def plan_stack_simulation(
     weight = tables["mass"].sum(axis=1) * STANDARD_GRAVITY
     barrier = np.array([_least_overturning_energy_over_joints(table) for table in joints])
     springs = np.array([spring_energy_at_rest(stones, table) for stones, table in zip(stacks, joints, strict=True)])
-    side = np.array([table.nearest_side_distances_from_centre_of_stones_above.min() for table in joints])
+    side = np.array([table.nearest_side_distances_from_projected_mass_centre.min() for table in joints])
     case_table = np.zeros(cases.case_count, CASE_TABLE_DTYPE)
     columns = {
         "stack": which, "amplitude_factor": amplitude, "damping_factor": damping,

@@ -81,9 +81,9 @@ from overturning.dem.stack.landing import (
 )
 from overturning.dem.stack.solve import (
     eliminate_stone_from_equations,
+    half_step_times_change_of_force_and_moment,
     mass_matrix_of_stone,
     matrix_6x6_times_wrench,
-    right_side_of_stone_equations,
     rotate_contact_equations,
     solve_velocity_correction_of_lowest_stone,
     wrench_plus,
@@ -184,7 +184,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
         store_stone_axes(stone_rows, j, axes)
         store_diagonal_block(stone_rows, j, DiagonalBlockAndRightSide(
             mass_matrix_of_stone(constants.mass, constants.inertia_per_mass, axes),
-            right_side_of_stone_equations(
+            half_step_times_change_of_force_and_moment(
                 half, constants.mass, create_zero_wrench(), load_gravity_and_inertial_acceleration(case_rows, j),
                 ForceAndMomentOrVelocities(state.acceleration_relative_to_base, state.contact_moment_per_mass),
             ),
@@ -193,7 +193,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def reset_landing_time_and_height_extremes_and_sums(joint_rows: Any, lane_count: int) -> None:
+def reset_landing_extremes_and_normal_force_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset landing times, height range and normal force sums of the contact points of two stones, for all stacks."""
     for j in range(assume_vector_multiple(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
@@ -231,7 +231,7 @@ def include_point_in_joint_landing_times_and_heights(joint_rows: Any, point_rows
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def predict_point_force_and_add_to_joint_sums(
+def predict_normal_force_and_add_to_joint_sums(
     case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int
 ) -> None:
     """Predict the normal force at a contact point of two stones and add it to their contact's sums, in all stacks."""
@@ -326,7 +326,9 @@ def solve_velocity_corrections_of_lowest_stones(
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def compute_upper_stone_velocity_corrections(upper_stone_rows: Any, lower_stone_rows: Any, lane_count: int) -> None:
+def back_substitute_upper_stone_velocity_corrections(
+    upper_stone_rows: Any, lower_stone_rows: Any, lane_count: int
+) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
     for j in range(assume_vector_multiple(lane_count)):
         solution, below = (

@@ -122,7 +122,7 @@ def add_base_corner_to_normal_sums(joint_rows: Any, rows_of_one_base_corner: Any
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def add_rim_points_to_mean_normal_sums(
+def add_lower_corner_and_side_ends_to_normal_sums(
     joint_rows: Any,
     lower_side_rows: Any,
     previous_lower_side_rows: Any,
@@ -233,7 +233,7 @@ def express_point_in_mean_normal_frame(joint_rows: Any, point_rows: Any, lane_co
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
-def rotate_contact_frame_to_mean_normal(
+def rotate_contact_frame_and_motion_to_mean_normal(
     upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Rotate the coordinate frame of two stones' contact to the mean normal; express their relative motion in it."""
@@ -295,7 +295,7 @@ def sum_contact_loads_positions_and_normals(
     for i in range(base_corner_count):
         add_base_corner_to_normal_sums(joint_rows, slice_contact_point_rows(joint_point_rows, i), lane_count)
     for k in range(lower_face_corner_count):
-        add_rim_points_to_mean_normal_sums(
+        add_lower_corner_and_side_ends_to_normal_sums(
             joint_rows,
             slice_contact_point_rows(joint_point_rows, base_corner_count + k),
             slice_contact_point_rows(

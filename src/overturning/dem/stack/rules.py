@@ -37,9 +37,9 @@ from overturning.dem.stack.access import (
     store_rotation,
 )
 from overturning.dem.stack.ending import (
+    end_simulation_of_fallen_stones_and_return_status,
     lowest_newly_fallen_stone_index,
     stone_state_sum_for_finite_check,
-    stop_fallen_stones_and_return_status,
     write_stack_results,
 )
 from overturning.dem.stack.path import write_stack_trajectory_row
@@ -48,7 +48,7 @@ from overturning.dem.stack.rest import (
     mark_possibly_resting_stacks,
     rest_acceleration_limit_g_or_0_if_moving,
 )
-from overturning.dem.stack.start import write_initial_stack_state
+from overturning.dem.stack.start import write_stack_constants_and_initial_state
 from overturning.dem.stack.state import (
     CASE_ROW_LAYOUT,
     STONE_ROW_LAYOUT,
@@ -121,7 +121,7 @@ def allocate_workspace(kernel_input: Any) -> Any:
 def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> None:
     """Load the initial state of case number `case_index`, a stack at rest, into column `lane` of the state array."""
     given, settings = kernel_input.cases[case_index], kernel_input.settings
-    write_initial_stack_state(
+    write_stack_constants_and_initial_state(
         workspace.state,
         lane,
         given,
@@ -303,7 +303,7 @@ def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index
         kernel_input.corner_counts_by_stone.size,
         kernel_input.base_and_upper_face_corners_by_stack.shape[3],
     )
-    return stop_fallen_stones_and_return_status(
+    return end_simulation_of_fallen_stones_and_return_status(
         workspace.state, lane, stones, corners, kernel_input.settings.ticks_per_sample,
         float(kernel_input.settings.sample_count),
         kernel_input.stone_table_by_stack[kernel_input.cases[case_index].stack],

@@ -196,7 +196,7 @@ def inverse_of_6x6_matrix(a: VelocityToForceBlocks) -> VelocityToForceBlocks:
 
 
 @njit(**INLINE_OPTIONS)
-def right_side_of_stone_equations(
+def half_step_times_change_of_force_and_moment(
     half_step_length_s: float,
     stone_mass: float,
     contact_force_and_moment: ForceAndMomentOrVelocities,

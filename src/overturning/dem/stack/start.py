@@ -47,7 +47,7 @@ from overturning.dem.stack.step import state_array_length_per_joint
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def write_initial_stack_state(
+def write_stack_constants_and_initial_state(
     stack_states: Any, lane: int, case_table_row: Any, stone_and_joint_table_rows: tuple[Any, Any],
     friction_by_joint: Any, base_and_top_corner_values_by_stone: Any, corner_count_by_stone: Any,
     sampling_interval_s_and_ticks: tuple[float, float],
@@ -84,7 +84,7 @@ def write_initial_stack_state(
     for s in range(stones.size):
         at, stone = first + s * size, stones[s]
         write_stone_constants_and_initial_state(slice_stone_rows(stack_states, s), lane, stone)
-        write_initial_joint_state(
+        write_joint_constants_and_initial_state(
             stack_states[at : at + size], lane, joints[s], friction_by_joint[s], case_table_row.damping_factor,
             stone.centre_height, stone.nearest_base_side_distance,
         )  # fmt: skip
@@ -162,7 +162,7 @@ def write_stone_constants_and_initial_state(stone_rows: Any, lane: int, stone_ta
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def write_initial_joint_state(
+def write_joint_constants_and_initial_state(
     joint_rows: Any,
     lane: int,
     joint_table_row: Any,

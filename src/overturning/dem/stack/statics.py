@@ -42,7 +42,7 @@ class ContactSpringsAndPatchesOfStack:
         return np.asarray(self.joint_table["normal_dashpot"] / self.joint_table["normal_stiffness"])
 
     @property
-    def nearest_side_distances_from_centre_of_stones_above(self) -> FloatArray:
+    def nearest_side_distances_from_projected_mass_centre(self) -> FloatArray:
         """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
         return np.array([patch.side_distances_from_mass_centre_above.min() for patch in self.contact_patches])
 
@@ -154,7 +154,7 @@ def side_distance_and_height_of_tipping_mass_centre(
     return (side if side < base * (1.0 - 1e-9) else base), stone.centre_height_above_base
 
 
-def base_x_offsets_from_support_at_rest(stone_table_by_stack: NDArray[np.void]) -> FloatArray:
+def base_x_relative_to_support_centre_at_rest(stone_table_by_stack: NDArray[np.void]) -> FloatArray:
     """Return each stone's base position at rest along x, relative to its support's centre, m, shape (stacks, stones).
 
     `stone_table_by_stack` has the type `overturning.dem.stack.tables.STONE_TABLE_DTYPE`. Stones off centre lean a
@@ -338,7 +338,7 @@ def no_movement_below_acceleration_g_by_case(
     return np.minimum(
         float(
             np.min(
-                joint_constants.nearest_side_distances_from_centre_of_stones_above
+                joint_constants.nearest_side_distances_from_projected_mass_centre
                 / joint_constants.heights_of_centre_of_all_stones_above_joints
             )
         ),

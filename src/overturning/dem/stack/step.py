@@ -39,20 +39,20 @@ from overturning.dem.stack.patch import (
     update_corner_rim_distance_and_check_full_support,
 )
 from overturning.dem.stack.predict_loops import (
-    compute_upper_stone_velocity_corrections,
+    back_substitute_upper_stone_velocity_corrections,
     eliminate_upper_stone_of_each_stack,
     include_point_in_joint_landing_times_and_heights,
     predict_joint_friction_and_equations,
-    predict_point_force_and_add_to_joint_sums,
+    predict_normal_force_and_add_to_joint_sums,
     predict_stone_motion_and_equations,
-    reset_landing_time_and_height_extremes_and_sums,
+    reset_landing_extremes_and_normal_force_sums,
     rotate_joint_equations_to_ground_axes,
     solve_velocity_corrections_of_lowest_stones,
     start_step_and_predict_inertial_acceleration,
 )
 from overturning.dem.stack.rim import (
     express_point_in_mean_normal_frame,
-    rotate_contact_frame_to_mean_normal,
+    rotate_contact_frame_and_motion_to_mean_normal,
     sum_contact_loads_positions_and_normals,
 )
 
@@ -99,7 +99,7 @@ def predict_contact_points_and_patch_forces(
         sum_contact_loads_positions_and_normals(
             upper_stone_rows, joint_rows, joint_point_rows, upper_count, lower_count, lane_count
         )
-        rotate_contact_frame_to_mean_normal(upper_stone_rows, lower_stone_rows, joint_rows, lane_count)
+        rotate_contact_frame_and_motion_to_mean_normal(upper_stone_rows, lower_stone_rows, joint_rows, lane_count)
         for i in range(upper_count, 3 * (upper_count + lower_count)):
             used_point_count_and_indices_of_joint[1 + count] = i
             count += 1 if any_stack_uses_contact_point(slice_contact_point_rows(joint_point_rows, i), lane_count) else 0
@@ -110,7 +110,7 @@ def predict_contact_points_and_patch_forces(
                 lane_count,
             )
     used_point_count_and_indices_of_joint[0] = count
-    reset_landing_time_and_height_extremes_and_sums(joint_rows, lane_count)
+    reset_landing_extremes_and_normal_force_sums(joint_rows, lane_count)
     for n in range(count):
         include_point_in_joint_landing_times_and_heights(
             joint_rows,
@@ -118,7 +118,7 @@ def predict_contact_points_and_patch_forces(
             lane_count,
         )
     for n in range(count):
-        predict_point_force_and_add_to_joint_sums(
+        predict_normal_force_and_add_to_joint_sums(
             case_rows,
             joint_rows,
             slice_contact_point_rows(joint_point_rows, used_point_count_and_indices_of_joint[1 + n]),
@@ -128,7 +128,7 @@ def predict_contact_points_and_patch_forces(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def compute_contact_patch_forces(
+def apply_solved_contact_patch_forces_to_stones(
     case_rows: Any,
     upper_stone_rows: Any,
     lower_stone_rows: Any,
@@ -258,19 +258,19 @@ def attempt_time_steps_of_stacks(
         )
         for s in range(1, stone_count):
             stone = slice_stone_rows(stack_states, s)
-            compute_upper_stone_velocity_corrections(stone, slice_stone_rows(stack_states, s - 1), lane_count)
+            back_substitute_upper_stone_velocity_corrections(stone, slice_stone_rows(stack_states, s - 1), lane_count)
         for s in range(stone_count):
             stone = slice_stone_rows(stack_states, s)
             at = first + s * size
             joint = stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES]
             points = stack_states[at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES : at + size]
             if s == 0:
-                compute_contact_patch_forces(
+                apply_solved_contact_patch_forces_to_stones(
                     case, stone, stone, joint, points, used_point_count_and_indices_of_joint[s], lane_count, 1
                 )
             else:
                 lower = slice_stone_rows(stack_states, s - 1)
-                compute_contact_patch_forces(
+                apply_solved_contact_patch_forces_to_stones(
                     case, stone, lower, joint, points, used_point_count_and_indices_of_joint[s], lane_count, None
                 )
                 for n in range(corner_count_by_stone[s], used_point_count_and_indices_of_joint[s, 0]):

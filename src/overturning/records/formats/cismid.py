@@ -86,9 +86,9 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
             station=station.field_text("station"),
             event=f"earthquake of {header.field_text('DATE')} {header.field_text('ORIGIN TIME')} (Peru)",
             origin_time_utc=origin,
-            station_latitude_longitude_deg=_latitude_and_longitude(station),
+            station_latitude_longitude_deg=_latitude_and_longitude_in_section(station),
             header_peak=_stated_peak_of_column(header, column - 1),
-            epicentre=_latitude_and_longitude(header),
+            epicentre=_latitude_and_longitude_in_section(header),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
             is_already_corrected=bool(FILTER_MENTION_PATTERN.search(comments)),
             extra_metadata=header.number_fields_as_metadata({"depth_km": "depth"})
@@ -99,7 +99,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
     ]
 
 
-def _latitude_and_longitude(header: HeaderFields) -> tuple[float | None, float | None]:
+def _latitude_and_longitude_in_section(header: HeaderFields) -> tuple[float | None, float | None]:
     """Read latitude and longitude, degrees, from a section of a CISMID header; None if not stated.
 
     They have a minus sign, or the letter S or W (O in Spanish), in the south or west.

@@ -16,7 +16,7 @@ from overturning.records.formats.headings import (
     first_number_line_index,
     heading_conflict_notes_and_refusal_reason,
     split_heading_lines_into_cells,
-    unit_line_notes_and_non_acceleration_reason,
+    unit_line_conflict_notes_and_refusal_reason,
 )
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile
@@ -177,7 +177,7 @@ def _read_number_rows_first_line_and_notes(
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
     headings = split_heading_lines_into_cells(lines.lines[:first], separator, len(axis_and_unit_of_declared_columns))
     notes, why = heading_conflict_notes_and_refusal_reason(name, headings, axis_and_unit_of_declared_columns)
-    stated, quantity = unit_line_notes_and_non_acceleration_reason(
+    stated, quantity = unit_line_conflict_notes_and_refusal_reason(
         name, lines.lines[:first], separator, axis_and_unit_of_declared_columns
     )
     notes, why = notes + stated, why or quantity

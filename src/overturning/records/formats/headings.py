@@ -108,7 +108,7 @@ def axis_direction_in_column_heading(column_heading: str) -> AzimuthAndVerticalS
     return named.pop() if len(named) == 1 else UNKNOWN_DIRECTION
 
 
-def unit_line_notes_and_non_acceleration_reason(
+def unit_line_conflict_notes_and_refusal_reason(
     file_name: str,
     lines_above_numbers: Sequence[str],
     separator: str | None,

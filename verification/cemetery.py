@@ -38,7 +38,7 @@ from overturning.statistics.space import (
 )
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL_VARIANT, record_motion_with_up_only_if_variant_uses_it
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, record_motion_with_up_only_if_variant_uses_it
 from overturning.study.sweep import scale_motion
 from overturning.surveys.population import sample_stones
 from verification.tables import (
@@ -226,7 +226,10 @@ def text_comparing_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
 
     Each of these stones has its own height, B/H and µ.
     """
-    found, population_ = results.population_rates_by_variant[NOMINAL_VARIANT], results.study.population
+    found, population_ = (
+        results.population_rates_by_variant[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS],
+        results.study.population,
+    )
     assert population_ is not None
     stones, rates = sample_stones(population_), []
     planes = np.concatenate([stones.face_azimuth_deg, stones.face_azimuth_deg + 90])
@@ -275,7 +278,7 @@ def main() -> None:
     write_measured_numbers(planar_model_accuracy_against_3d_model(), RESULT_TABLE_FOLDER / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_study_results(NEAR_FAULT_STUDY_RESULT_FOLDER, study) as results:
-        found = results.population_rates_by_variant[NOMINAL_VARIANT]
+        found = results.population_rates_by_variant[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS]
         comparison = draw_population_fall_rates_and_return_markdown(results)
         update_marked_tables_and_sentences_in_docs(
             {"population": f"{comparison}\n{wrap_text(text_comparing_grid_and_per_stone_fall_rates(results), '- ')}"}

@@ -299,14 +299,14 @@ def fall_direction_in_bullet(
 
 
 EngineFunction = TypeVar("EngineFunction")
-FallSidesOfBlocksFunction = Callable[[Sequence[PlanarBody], np.ndarray, float, float], list[int]]
+FallSideOfSingleBlockFunction = Callable[[Sequence[PlanarBody], np.ndarray, float, float], list[int]]
 FallSidesOfSceneFunction = Callable[[Sequence[PlanarBody], np.ndarray, float, float, bool], list[int]]
 FallDirectionFunction = Callable[[PrismHalfSizesAndFriction, np.ndarray, float], tuple[float, float] | None]
 SCENE_ENGINES: Final[dict[str, FallSidesOfSceneFunction]] = {
     "Box2D": fall_sides_in_box2d,
     "pymunk": fall_sides_in_pymunk,
 }
-BLOCK_ENGINES: Final[dict[str, FallSidesOfBlocksFunction]] = {
+BLOCK_ENGINES: Final[dict[str, FallSideOfSingleBlockFunction]] = {
     "Box2D": fall_sides_in_box2d,
     "pymunk": fall_sides_in_pymunk,
     "MuJoCo": fall_sides_of_single_block_in_mujoco,
@@ -327,7 +327,7 @@ def installed_engines(engines: Mapping[str, EngineFunction]) -> dict[str, Engine
 
 
 def fall_side_of_block(
-    engine: FallSidesOfBlocksFunction, record_acceleration: np.ndarray, sampling_interval: float,
+    engine: FallSideOfSingleBlockFunction, record_acceleration: np.ndarray, sampling_interval: float,
     height: float, b_over_h: float, friction: float,
     time_step: float = DEFAULT_TIME_STEP_S,
 ) -> int:  # fmt: skip

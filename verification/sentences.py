@@ -60,22 +60,28 @@ def printed_output_as_code_block(file_name: str, results_folder: Path) -> str:
     return "\n\n" + "\n".join(f"    {line}" if line else "" for line in lines) + "\n\n"
 
 
-_BENCHMARK_FILE: Final = "x86-64-2-cores.csv"
+_TWO_CORE_BENCHMARK_FILE: Final = "x86-64-2-cores.csv"
 _TUTORIAL_NUMBERS_FILE: Final = "tutorial.csv"
 _PLANAR_ACCURACY_QUANTITY: Final = "2-D model predicts correctly whether it falls"
 
 NUMBER_FUNCTION_BY_MARKER: Final[dict[str, Callable[[Path], str]]] = {
     "study-cases": partial(
-        formatted_measured_number, _BENCHMARK_FILE, "default study: flags, mirrored half included", "{:,.0f}"
+        formatted_measured_number, _TWO_CORE_BENCHMARK_FILE, "default study: flags, mirrored half included", "{:,.0f}"
     ),
-    "left-out-cases": partial(formatted_measured_number, _BENCHMARK_FILE, "cases, mirrored half left out", "{:,.0f}"),
-    "left-out-flags": partial(formatted_measured_number, _BENCHMARK_FILE, "flags changed by leaving out", "{:.0f}"),
-    "left-out-sides": partial(formatted_measured_number, _BENCHMARK_FILE, "sides changed by leaving out", "{:.0f}"),
+    "left-out-cases": partial(
+        formatted_measured_number, _TWO_CORE_BENCHMARK_FILE, "cases, mirrored half left out", "{:,.0f}"
+    ),
+    "left-out-flags": partial(
+        formatted_measured_number, _TWO_CORE_BENCHMARK_FILE, "flags changed by leaving out", "{:.0f}"
+    ),
+    "left-out-sides": partial(
+        formatted_measured_number, _TWO_CORE_BENCHMARK_FILE, "sides changed by leaving out", "{:.0f}"
+    ),
     "operations-centred": partial(
-        formatted_measured_number, _BENCHMARK_FILE, "operations per block step, centred", "{:.0f}"
+        formatted_measured_number, _TWO_CORE_BENCHMARK_FILE, "operations per block step, centred", "{:.0f}"
     ),
     "operations-cundall": partial(
-        formatted_measured_number, _BENCHMARK_FILE, "operations per block step, cundall", "{:.0f}"
+        formatted_measured_number, _TWO_CORE_BENCHMARK_FILE, "operations per block step, cundall", "{:.0f}"
     ),
     "whole-step-flags": partial(format_wrong_flag_shares_and_cost_of_eighth_step, "{0:.1f} %"),
     "eighth-step-flags": partial(format_wrong_flag_shares_and_cost_of_eighth_step, "{1:.1f} %"),

@@ -14,7 +14,7 @@ from overturning.findings.contrast import (
 )
 from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL_VARIANT, settings_changed_by_variant
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, settings_changed_by_variant
 from overturning.units import STANDARD_GRAVITY
 from verification.tables import (
     RESULT_TABLE_FOLDER,
@@ -33,7 +33,7 @@ def fall_rate_and_axis_table_by_ground(results: StudyResults) -> pd.DataFrame:
     rows = []
     for ground_name, found in results.population_rates_by_variant.items():
         table = found[["fall_rate", "fall_axis", "fall_resultant"]].to_dataframe().reset_index()
-        table.insert(0, "ground", "rock" if ground_name == NOMINAL_VARIANT else ground_name)
+        table.insert(0, "ground", "rock" if ground_name == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS else ground_name)
         rows.append(table.drop(columns=["record", "event"], errors="ignore"))
     return pd.concat(rows)
 

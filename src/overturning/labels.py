@@ -6,7 +6,11 @@ import numpy as np
 
 from overturning.model.planes import mask_of_azimuths_before_gap_and_grid_step, plane_azimuth_period_deg
 from overturning.study.cube import element_name_to_show, parse_json_attribute, study_of_cube
-from overturning.study.scenes import NOMINAL_VARIANT, note_on_different_stone_size_of_variant, variant_scene
+from overturning.study.scenes import (
+    NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
+    note_on_different_stone_size_of_variant,
+    variant_scene,
+)
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -23,7 +27,7 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
     friction : float
         Friction coefficient of the dimension ``friction``.
     """
-    study, variant = None, NOMINAL_VARIANT
+    study, variant = None, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
     if isinstance(cube_or_study, Study):
         study = cube_or_study
     elif "study" in cube_or_study.attrs:
@@ -39,8 +43,8 @@ def variant_label_in_list_if_not_nominal(cube: "xr.Dataset") -> list[str]:
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
     """
-    name = str(cube.attrs.get("variant", NOMINAL_VARIANT))
-    if name == NOMINAL_VARIANT:
+    name = str(cube.attrs.get("variant", NAME_OF_STUDY_ITSELF_AMONG_VARIANTS))
+    if name == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS:
         return []
     sizes = note_on_different_stone_size_of_variant(study_of_cube(cube), name)
     return [f"variant {name}{f' ({sizes})' if sizes else ''}"]

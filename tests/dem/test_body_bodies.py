@@ -20,7 +20,7 @@ from overturning.model.shapes import (
     shape_from_name_or_sides,
 )
 from overturning.model.solid import RigidSolid
-from overturning.model.variables import MAX_NUMBERED_FACES
+from overturning.model.variables import MAX_FACE_COUNT_OF_BODY_WITH_NUMBERED_FACES
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import motion_at_rest, state_of_leaning_rotating_body
@@ -236,7 +236,7 @@ def test_faces_of_a_body_with_too_many_faces_are_not_numbered() -> None:
     stone = ScannedStone(
         points_of_ball_with_flat_base(), [0.0, 0.0, 0.3], [0.03, 0.03, 0.03, 0.0, 0.0, 0.0], 0.003, "round"
     )
-    assert len(stone.unscaled_solid.resting_face_normals_after_fall) > MAX_NUMBERED_FACES
+    assert len(stone.unscaled_solid.resting_face_normals_after_fall) > MAX_FACE_COUNT_OF_BODY_WITH_NUMBERED_FACES
     push = Motion(np.repeat([3.0, 0.0], [100, 300]), np.zeros(400), sampling_interval=0.01)
     found = simulate(push, stone, orientation_deg=[0.0, 100.0, 200.0], height=None, friction=[0.7])
     assert (found.overturned == 1).all()

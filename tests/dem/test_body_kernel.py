@@ -119,7 +119,7 @@ SHAPES_WITH_B_OVER_H_AND_D_OVER_B = [
 def test_vibrations_grow_with_steps_above_the_stable_limit_and_not_below(
     shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
+    monkeypatch.setattr(balance, "MAX_RERUNS_UNTIL_ENERGY_BALANCES", 0)  # a rerun with finer steps would be stable
     body = shape.solid(0.6, ratio, aspect)
     normal, _, dashpot = SOFT_CONTACT.corner_stiffness_and_damping_per_mass(body)
     mode = largest_squared_frequency_on_springs_of_any_face(body)
@@ -175,7 +175,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkey
     )
     bound = float(np.median(first["energy_error"]))
     monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", bound)
-    monkeypatch.setattr(balance, "MAX_RERUNS", 1)
+    monkeypatch.setattr(balance, "MAX_RERUNS_UNTIL_ENERGY_BALANCES", 1)
     found, again = (
         simulate_as_arrays(strong_part_of_record_with_artificial_vertical(10), "rectangle", **grid),
         first["energy_error"] > bound,

@@ -329,7 +329,7 @@ def test_a_case_whose_energy_does_not_balance_is_rerun_in_shorter_steps(
     moved = first.status == CaseStatus.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
     monkeypatch.setattr(balance, "MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO", bound)
-    monkeypatch.setattr(balance, "MAX_RERUNS", 1)
+    monkeypatch.setattr(balance, "MAX_RERUNS_UNTIL_ENERGY_BALANCES", 1)
     found = run_cases(motion_of_two_cycles_with_vertical(), cases, **kernel)
     again = moved & (first.energy_error > bound)
     assert 0.2 < again.sum() / moved.sum() < 0.8

@@ -13,7 +13,7 @@ from overturning.dem.kernel.lanes import (
     COMPILE_OPTIONS,
     TupleReaderAndWriter,
     TupleRowLayout,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
     cache_line_aligned_zeros,
 )
 from overturning.dem.polygon import plan as polygon
@@ -160,8 +160,8 @@ def test_clamping_keeps_sign_and_nan_and_peaks_ignore_nan() -> None:
 
 
 def test_the_number_of_lanes_is_a_multiple_of_the_vector_length() -> None:
-    """`assume_vector_multiple` returns another number than it is given unless that is a positive multiple of 8."""
-    counted = njit(lambda lane_count: assume_vector_multiple(lane_count))
+    """`assume_lane_count_is_multiple_of_8` returns its argument only if that is a positive multiple of 8."""
+    counted = njit(lambda lane_count: assume_lane_count_is_multiple_of_8(lane_count))
     for model in (block, body, polygon, stack):
         assert model.PARALLEL_CASE_COUNT % 8 == 0
         assert counted(model.PARALLEL_CASE_COUNT) == model.PARALLEL_CASE_COUNT

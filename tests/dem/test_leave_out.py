@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
 from overturning.dem.kernel.ground import (
-    LEAD_TIME_BEFORE_STRONG_MOTION_S,
-    REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK,
+    CHECKED_SAMPLES_PER_REST_CHECK_BLOCK,
+    LEAD_TIME_BEFORE_POSSIBLE_MOVEMENT_S,
     SAMPLES_PER_REST_CHECK_BLOCK,
     max_acceleration_in_window_by_rest_check,
 )
@@ -310,10 +310,11 @@ def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: in
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
     found = max_acceleration_in_window_by_rest_check(size, interval)
-    assert found.shape == (2, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK)
+    assert found.shape == (2, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, CHECKED_SAMPLES_PER_REST_CHECK_BLOCK)
     for (row, leap, look), largest in np.ndenumerate(found):
         at = SAMPLES_PER_REST_CHECK_BLOCK * leap + look
         window = size[
-            row, at : at + SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION_S / interval)) + 1
+            row,
+            at : at + SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_POSSIBLE_MOVEMENT_S / interval)) + 1,
         ]
         assert largest == (window.max() if at + SAMPLES_PER_REST_CHECK_BLOCK <= samples else np.inf)

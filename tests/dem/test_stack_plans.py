@@ -179,7 +179,7 @@ def test_light_stones_below_a_heavy_one_do_not_vibrate_on_to_the_end_of_the_case
     ratio: float, seed: int, friction: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The dashpot of a contact is made for all stones above; it stops a light stone in under 1/512 of a whole step."""
-    monkeypatch.setattr(balance, "MAX_RERUNS", 0)
+    monkeypatch.setattr(balance, "MAX_RERUNS_UNTIL_ENERGY_BALANCES", 0)
     stack = Stack(
         stack_of_prisms(*(("rectangle", 0.4 * ratio**number, height) for number, height in enumerate((0.2, 0.2, 0.6))))
     )
@@ -200,7 +200,7 @@ def test_stones_of_equal_width_balance_their_energy_at_the_first_attempt(
 
     A point that is new to the patch brings the energy of its spring, and must not open or close in a long step.
     """
-    monkeypatch.setattr(balance, "MAX_RERUNS", 0)
+    monkeypatch.setattr(balance, "MAX_RERUNS_UNTIL_ENERGY_BALANCES", 0)
     stack, orientations = (
         Stack(stack_of_prisms(*(("rectangle", 0.4, height) for height in heights))),
         np.arange(7.0, 90.0, 11.25),

@@ -13,7 +13,7 @@ from obspy.geodetics import gps2dist_azimuth
 
 from overturning.errors import ArgumentError
 from overturning.figures.site_map import (
-    MAX_EARTHQUAKES_PER_FIGURE,
+    MAX_EARTHQUAKE_MAPS_PER_FIGURE,
     EarthquakeMapContent,
     StationOnMap,
     draw_station_and_fall_axis_maps_of_earthquakes,
@@ -156,7 +156,7 @@ def test_coordinates_off_the_globe_are_refused(site: EarthquakeMapContent, words
 def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
     sites = [
         EarthquakeMapContent(str(number), [StationOnMap("s", 35.1, 133.0)], EPICENTRE)
-        for number in range(MAX_EARTHQUAKES_PER_FIGURE + 1)
+        for number in range(MAX_EARTHQUAKE_MAPS_PER_FIGURE + 1)
     ]
     with use_package_matplotlib_settings():
         panels = [
@@ -164,7 +164,10 @@ def test_maps_of_many_earthquakes_are_split_over_several_figures() -> None:
             for one in figures_with_several_earthquake_maps(sites)
         ]
     plt.close("all")
-    assert panels == [[str(number) for number in range(MAX_EARTHQUAKES_PER_FIGURE)], [str(MAX_EARTHQUAKES_PER_FIGURE)]]
+    assert panels == [
+        [str(number) for number in range(MAX_EARTHQUAKE_MAPS_PER_FIGURE)],
+        [str(MAX_EARTHQUAKE_MAPS_PER_FIGURE)],
+    ]
     assert list(figures_with_several_earthquake_maps([])) == []
 
 

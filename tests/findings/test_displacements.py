@@ -12,7 +12,7 @@ from overturning.findings.displacements import final_slip_and_twist_of_standing_
 from overturning.findings.exactness import final_twist_findings
 from overturning.findings.results import StudyResults
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL_VARIANT
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
 
 STACK_STUDY_FILE = Path(__file__).parents[2] / "config" / "stack-3d.yaml"
 
@@ -42,14 +42,18 @@ def stack_and_single_shaft_results() -> StudyResults:
         residual_twist=[[-2.0, 2.0, -2.0, 2.0, np.nan], [1.0, -3.0, 5.0, 90.0, 90.0]],  # NaN: too weak to move it
     )
     alone = displacement_cube_of_one_record(["shaft"], residual_twist=[[7.0, -7.0, 7.0, -7.0, 7.0]])
-    cubes = {NOMINAL_VARIANT: stack, "shaft-alone": alone.isel(element=0, drop=True)}
+    cubes = {NAME_OF_STUDY_ITSELF_AMONG_VARIANTS: stack, "shaft-alone": alone.isel(element=0, drop=True)}
     return cast(StudyResults, SimpleNamespace(study=load_study(STACK_STUDY_FILE), cubes_by_variant=cubes))
 
 
 def test_median_slip_and_twist_are_of_standing_cases(stack_and_single_shaft_results: StudyResults) -> None:
     base, shaft, alone = final_slip_and_twist_of_standing_elements(stack_and_single_shaft_results)
     assert [one.element for one in (base, shaft)] == ["base", "shaft"]
-    assert (base.variant, shaft.variant, alone.variant) == (NOMINAL_VARIANT, NOMINAL_VARIANT, "shaft-alone")
+    assert (base.variant, shaft.variant, alone.variant) == (
+        NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
+        NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
+        "shaft-alone",
+    )
     assert (base.standing_case_count, base.cases_with_fall, base.share_of_falls_by_sliding_off) == (5, 0, None)
     assert base.median_slip_if_standing_cm == pytest.approx(5.0), "3-4-5 cm, whatever its azimuth"
     assert (base.median_abs_twist_if_standing_deg, base.percentile_90_abs_twist_if_standing_deg) == (2.0, 2.0), (
@@ -74,7 +78,9 @@ def test_findings_have_no_sliding_off_of_the_lowest_stone_nor_twist_of_a_stack(
     )
     both = cast(
         StudyResults,
-        SimpleNamespace(study=stack_and_single_shaft_results.study, cubes_by_variant={NOMINAL_VARIANT: fallen}),
+        SimpleNamespace(
+            study=stack_and_single_shaft_results.study, cubes_by_variant={NAME_OF_STUDY_ITSELF_AMONG_VARIANTS: fallen}
+        ),
     )
     base, shaft = final_slip_and_twist_of_standing_elements(both)
     assert (base.cases_with_fall, base.share_of_falls_by_sliding_off) == (5, None)

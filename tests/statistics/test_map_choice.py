@@ -7,11 +7,11 @@ import xarray as xr
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.map_choice import (
     ALL_RECORDS_SHOWN_REASON,
-    CLEAREST_AXIS_REASON,
-    FIRST_WITH_FALLS_REASON,
-    LEAST_ALIGNED_REASON,
-    MEDIAN_ALIGNMENT_REASON,
-    MOST_ALIGNED_REASON,
+    BEST_MUTUAL_AGREEMENT_OF_FALLS_REASON,
+    FALLS_LEAST_ALIGNED_WITH_FAULT_NORMAL_REASON,
+    FALLS_MOST_ALIGNED_WITH_FAULT_NORMAL_REASON,
+    FIRST_RECORDS_WITH_FALLS_REASON,
+    MEDIAN_FAULT_NORMAL_ALIGNMENT_REASON,
     choose_records_for_report_maps,
 )
 
@@ -39,10 +39,10 @@ def test_maps_show_the_extreme_and_median_alignments_of_the_pulse_group() -> Non
     chosen = {reason: place for place, reason in choose_records_for_report_maps(cube, alignment, resultant, np.ones(9))}
     # Sorted: B 0.9, E 0.5, D 0.3, A 0.1, F −0.2, C −0.7: the middle one is A.
     assert chosen == {
-        MOST_ALIGNED_REASON: 1,
-        LEAST_ALIGNED_REASON: 2,
-        MEDIAN_ALIGNMENT_REASON: 0,
-        CLEAREST_AXIS_REASON: 6,
+        FALLS_MOST_ALIGNED_WITH_FAULT_NORMAL_REASON: 1,
+        FALLS_LEAST_ALIGNED_WITH_FAULT_NORMAL_REASON: 2,
+        MEDIAN_FAULT_NORMAL_ALIGNMENT_REASON: 0,
+        BEST_MUTUAL_AGREEMENT_OF_FALLS_REASON: 6,
     }
 
 
@@ -75,8 +75,8 @@ def test_maps_show_the_first_records_with_falls_if_none_has_a_fall_axis(resultan
         cube_of_earthquakes_and_pulse_flags("ABCCDE", [1.0] * 6), np.full(6, 0.01), np.full(6, resultant), share
     )
     assert chosen == [
-        (1, FIRST_WITH_FALLS_REASON),
-        (2, FIRST_WITH_FALLS_REASON),
-        (4, FIRST_WITH_FALLS_REASON),
-        (5, FIRST_WITH_FALLS_REASON),
+        (1, FIRST_RECORDS_WITH_FALLS_REASON),
+        (2, FIRST_RECORDS_WITH_FALLS_REASON),
+        (4, FIRST_RECORDS_WITH_FALLS_REASON),
+        (5, FIRST_RECORDS_WITH_FALLS_REASON),
     ]

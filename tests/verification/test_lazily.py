@@ -20,7 +20,7 @@ from overturning.statistics.illustrative import find_best_case_for_each_behaviou
 from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity_measures
-from overturning.study.scenes import NOMINAL_VARIANT, variant_names
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant_names
 from overturning.surveys.population import population_outcome_rates_by_record
 from verification.scale.made import synthetic_records, synthetic_study, write_synthetic_cube
 
@@ -97,7 +97,7 @@ def result_folders_with_few_and_many_records(
             for records, folder in zip((SMALLER_RECORD_COUNT, LARGER_RECORD_COUNT), made[kind], strict=True):
                 study = synthetic_study(records, grid)
                 for variant in variant_names(study):
-                    name = "cube.nc" if variant == NOMINAL_VARIANT else f"cube.{variant}.nc"
+                    name = "cube.nc" if variant == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS else f"cube.{variant}.nc"
                     write_synthetic_cube(study, folder / name, distinct_record_count=1, variant=variant)
                 write_intensity_measures(study, list(synthetic_records(study)), folder / "intensity.nc")
         yield made

@@ -19,7 +19,7 @@ from overturning.model.scene import gravestone
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import load_shipped_scene
-from verification.stability.cases import CASE_COUNT_PER_SCENE_SETTING, SCENE_NAMES, sample_parameters_of_scene_cases
+from verification.stability.cases import PARALLEL_CASE_COUNT_PER_SCENE, SCENE_NAMES, sample_parameters_of_scene_cases
 from verification.stability.checks import (
     StabilityCheckVerdict,
     min_acceleration_ratio_to_start_rocking,
@@ -54,7 +54,7 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
         partial(simulate_scene_cases_and_check_outcomes, project_folder=ROOT), settings, threads=2
     )
     assert set(found) == set(SCENE_COLUMN_LONG_NAMES_AND_UNITS)
-    assert len(found["ending"]) == len(settings) * CASE_COUNT_PER_SCENE_SETTING
+    assert len(found["ending"]) == len(settings) * PARALLEL_CASE_COUNT_PER_SCENE
     silent = found["ending"] == StabilityCheckVerdict.WRONG_WITHOUT_WARNING
     assert not silent.any(), list(zip(found["scene"][silent], found["reason"][silent], strict=True))
     answered = np.isin(
@@ -77,7 +77,7 @@ def test_no_wrong_outcome_of_an_extreme_scene_is_reported_as_valid() -> None:
         partial(simulate_scene_cases_and_check_outcomes, project_folder=ROOT), settings[:4]
     )
     for name, values in again.items():
-        np.testing.assert_array_equal(values, found[name][: 4 * CASE_COUNT_PER_SCENE_SETTING], name)
+        np.testing.assert_array_equal(values, found[name][: 4 * PARALLEL_CASE_COUNT_PER_SCENE], name)
 
 
 @pytest.mark.parametrize("name", SCENE_NAMES)

@@ -349,7 +349,7 @@ def advance_body_one_step(
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
-load_body, load_state, load_rotation_matrix = (
+load_body, load_body_state, load_rotation_matrix = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (Constants, BodyState, Matrix3)
 )
 load_extreme_vertices_and_landing_state, store_extreme_vertices_and_landing_state, _ = (
@@ -366,12 +366,14 @@ create_zero_wrench_per_mass = create_tuple_sum_difference_and_maximum_functions(
 load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     InertialAndUpwardBaseAccelerations3D
 ).load
-load_peaks, load_energy_and_momentum_account = (
+load_peaks_and_last_upright_tick, load_energy_and_momentum_account = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick).load,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).load,
 )
-store_state, store_rotation_matrix = (STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3))
-store_peaks, store_energy_and_momentum_account = (
+store_body_state, store_rotation_matrix = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store for of in (BodyState, Matrix3)
+)
+store_peaks_and_last_upright_tick, store_energy_and_momentum_account = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick).store,
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyEnergyAndMomentumAccount).store,
 )
@@ -386,7 +388,7 @@ VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
 def compute_axes_and_reset_contact_forces(state: Any, contact_total_rows: Any, lane_count: int) -> None:
     """Compute the axes of all bodies from their rotations, and set their contact forces to zero."""
     for j in range(lane_count):
-        s = load_state(state, j)
+        s = load_body_state(state, j)
         store_rotation_matrix(state, j, rotation_matrix(s.rotation))
         store_contact_force_and_largest_penetration(
             contact_total_rows, j, ContactForceAndMaxPenetrationOverPoints(create_zero_wrench_per_mass(), -1.0)
@@ -399,7 +401,7 @@ def add_vertex_contact_forces(
 ) -> None:
     """Add the contact forces at a pair of opposite vertices, for all bodies."""
     for j in range(lane_count):
-        body, s, f = load_body(state, j), load_state(state, j), load_rotation_matrix(state, j)
+        body, s, f = load_body(state, j), load_body_state(state, j), load_rotation_matrix(state, j)
         rate, left, right = (
             body.point_dashpot_constant_per_mass / (body.tick_length_s * TICKS_PER_STEP),
             load_memory(first_vertex_rows, j),
@@ -464,7 +466,7 @@ def add_contact_forces_at_rim_point_pair(
 ) -> None:
     """Add the contact forces at a pair of opposite points of the rim, for all bodies."""
     for j in range(lane_count):
-        body, s, f = load_body(state, j), load_state(state, j), load_rotation_matrix(state, j)
+        body, s, f = load_body(state, j), load_body_state(state, j), load_rotation_matrix(state, j)
         dt = body.tick_length_s * TICKS_PER_STEP
         rate, left, right = (
             body.point_dashpot_constant_per_mass / dt,
@@ -505,13 +507,14 @@ def advance_all_bodies(state: Any, contact_total_rows: Any, lane_count: int) -> 
     """Advance all bodies by one step under their contact forces."""
     for j in range(lane_count):
         s, peaks, account = advance_body_one_step(
-            load_body(state, j), load_state(state, j), load_rotation_matrix(state, j),
+            load_body(state, j), load_body_state(state, j), load_rotation_matrix(state, j),
             load_contact_force_and_largest_penetration(contact_total_rows, j),
-            load_peaks(state, j), load_energy_and_momentum_account(state, j), load_accelerations_from_base_motion(state,
+            load_peaks_and_last_upright_tick(state, j), load_energy_and_momentum_account(state, j),
+            load_accelerations_from_base_motion(state,
             j),
         )  # fmt: skip
-        store_state(state, j, s)
-        store_peaks(state, j, peaks)
+        store_body_state(state, j, s)
+        store_peaks_and_last_upright_tick(state, j, peaks)
         store_energy_and_momentum_account(state, j, account)
 
 
@@ -519,13 +522,13 @@ def advance_all_bodies(state: Any, contact_total_rows: Any, lane_count: int) -> 
 def advance_momenta_with_last_forces(state: Any, lane_count: int, signed_step_fraction: float) -> None:
     """Advance the momenta of all bodies by a number of steps (here ±½) with the last forces."""
     for j in range(lane_count):
-        s, account = load_state(state, j), load_energy_and_momentum_account(state, j)
+        s, account = load_body_state(state, j), load_energy_and_momentum_account(state, j)
         time = signed_step_fraction * TICKS_PER_STEP * load_body(state, j).tick_length_s
         v, momentum = (
             extrapolate_vector(s.velocity_relative_to_base, time, s.acceleration_relative_to_base),
             extrapolate_vector(s.angular_momentum_per_mass, time, s.contact_moment_per_mass),
         )
-        store_state(
+        store_body_state(
             state,
             j,
             BodyState(

@@ -26,7 +26,7 @@ from verification.tables import (
 
 SELECTABLE_PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "lazy-space", "planning")
 MEASURED_NUMBERS_FILE = RESULT_TABLE_FOLDER / "scale.csv"
-STUDY_RUNS_TABLE_FILE = RESULT_TABLE_FOLDER / "scale-bytes.csv"
+RUN_TIMES_AND_RESULT_HASHES_TABLE_FILE = RESULT_TABLE_FOLDER / "scale-bytes.csv"
 
 
 def main(
@@ -70,10 +70,13 @@ def merge_with_stored_runs_and_store(
 ) -> list[same_bytes.StudyRunTimeAndResultHash]:
     """Return these runs and the stored ones that were not repeated, and store all of them."""
     known = {(run.way, run.requested_result_file): run for run in runs}
-    if STUDY_RUNS_TABLE_FILE.is_file():
-        old = [same_bytes.StudyRunTimeAndResultHash(*row) for row in iterate_rows(pd.read_csv(STUDY_RUNS_TABLE_FILE))]
+    if RUN_TIMES_AND_RESULT_HASHES_TABLE_FILE.is_file():
+        old = [
+            same_bytes.StudyRunTimeAndResultHash(*row)
+            for row in iterate_rows(pd.read_csv(RUN_TIMES_AND_RESULT_HASHES_TABLE_FILE))
+        ]
         known = {(run.way, run.requested_result_file): run for run in old} | known
-    write_csv(pd.DataFrame(list(known.values())), STUDY_RUNS_TABLE_FILE)
+    write_csv(pd.DataFrame(list(known.values())), RUN_TIMES_AND_RESULT_HASHES_TABLE_FILE)
     return list(known.values())
 
 

@@ -17,7 +17,7 @@ from overturning.records.store import round_samples_to_stored_decimals, write_re
 from overturning.study.gather import create_cube_structure, merge_outcome_files_into_cube
 from overturning.study.load import study_from_content
 from overturning.study.parts import SweepChunk, grid_of_chunk, path_of_chunk_outcome_file, write_outcome_file_of_chunk
-from overturning.study.scenes import NOMINAL_VARIANT, variant_grid
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant_grid
 from overturning.study.schema import Study
 from overturning.study.sweep import cube_variables_of_study
 
@@ -121,7 +121,7 @@ def synthetic_fall_flags_of_3d_body(
 
 
 def write_synthetic_partial_results(
-    study: Study, folder: Path, chunk_count_per_record: int, variant: str = NOMINAL_VARIANT
+    study: Study, folder: Path, chunk_count_per_record: int, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
 ) -> list[Path]:
     """Write files with random values in place of the results of every chunk of cases of every record of a study."""
     grid, variables, paths = variant_grid(study, variant), cube_variables_of_study(study), []
@@ -156,7 +156,9 @@ def write_study_as_json(study: Study, path: Path) -> None:
     path.write_text(json.dumps(study.model_dump(mode="json", exclude_defaults=True) | {"name": study.name}), "utf-8")
 
 
-def write_synthetic_cube(study: Study, path: Path, distinct_record_count: int, variant: str = NOMINAL_VARIANT) -> None:
+def write_synthetic_cube(
+    study: Study, path: Path, distinct_record_count: int, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
+) -> None:
     """Write a cube whose first `distinct_record_count` records have synthetic values of their own.
 
     The other records repeat these.

@@ -42,8 +42,8 @@ DATE_AND_ORIENTATION_BY_TEST_FILE: Final = {
 }  # fmt: skip
 """Day and orientation of the tests, by file."""
 
-B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES: Final = np.geomspace(0.02, 0.6, 50)
-HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M: Final = np.geomspace(0.01, 1.5, 38)
+CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES: Final = np.geomspace(0.02, 0.6, 50)
+CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M: Final = np.geomspace(0.01, 1.5, 38)
 """Centres of the neighbourhoods, which are as wide as those for the boulder: B/H, and height in m."""
 
 INTERVAL_COLUMNS_BY_SCORE: Final = {what: (f"{what} low", f"{what} high") for what in SCORE_NAMES}
@@ -80,21 +80,21 @@ def simulate_fall_shares_by_size_and_test(tests: pd.DataFrame) -> FloatArray:
 
     Stones are of similar size if B/H and height lie in a range around a centre (a neighbourhood).
 
-    Centres are in the order of `B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES`, then
-    `HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M`; all blocks of a neighbourhood count equally.
+    Centres are in the order of `CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES`, then
+    `CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M`; all blocks of a neighbourhood count equally.
     """
-    grid = np.meshgrid(B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES, HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M, indexing="ij")
+    grid = np.meshgrid(CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES, CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M, indexing="ij")
     cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
     pairs, of_test = np.unique(tests[["pga", "ratio"]].to_numpy(), axis=0, return_inverse=True)
     fell = np.array([simulate_rigid_rocking(one_cosine_cycle(*pair), cases).overturned != 0 for pair in pairs])
     of_pair = fell.reshape(
-        len(pairs), B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES.size, HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M.size
+        len(pairs), CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES.size, CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M.size
     ).astype(float)
     near = [
         (np.abs(np.log(values[:, None] / values)) < width).astype(float)
         for values, width in (
-            (B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES, NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H),
-            (HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M, NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT),
+            (CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES, NEIGHBOURHOOD_HALF_WIDTH_LN_B_OVER_H),
+            (CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M, NEIGHBOURHOOD_HALF_WIDTH_LN_HEIGHT),
         )
     ]
     falls = np.einsum("bi,pij,hj->bhp", near[0], of_pair, near[1])
@@ -131,8 +131,8 @@ def predict_each_half_from_the_other(
         )
         centres.append(
             (
-                float(B_OVER_H_OF_SIZE_NEIGHBOURHOOD_CENTRES[best // HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M.size]),
-                float(HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M[best % HEIGHTS_OF_SIZE_NEIGHBOURHOOD_CENTRES_M.size]),
+                float(CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES[best // CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M.size]),
+                float(CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M[best % CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M.size]),
             )
         )
     return made, centres

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from verification.stability.cases import (
-    CASE_COUNT_PER_SCENE_SETTING,
+    PARALLEL_CASE_COUNT_PER_SCENE,
     cases_under_adversarial_motions,
     sample_parameters_of_scene_cases,
     space_filling_cases,
@@ -80,7 +80,7 @@ def simulate_scenes_and_write_stability_map(
         threads=threads,
         report_finished_and_total_count=print_progress,
     )
-    about = {"settings": settings, "adversarial": adversarial, "together": CASE_COUNT_PER_SCENE_SETTING, "seed": seed}
+    about = {"settings": settings, "adversarial": adversarial, "together": PARALLEL_CASE_COUNT_PER_SCENE, "seed": seed}
     about |= {"budget": MAX_STEPS_OF_SCENE_CASE, "adversarial_budget": MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE}
     write_table_as_netcdf_and_csv(
         rows,
@@ -107,7 +107,7 @@ def simulate_stacks_and_write_stability_map(
     )
     about = {
         "settings": settings,
-        "together": CASE_COUNT_PER_SCENE_SETTING,
+        "together": PARALLEL_CASE_COUNT_PER_SCENE,
         "seed": seed,
         "budget": MAX_STEPS_OF_STACK_CASE,
     }

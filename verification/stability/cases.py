@@ -63,7 +63,7 @@ class BlockCaseOfNumericalStabilityMap:
 
     def parameters_as_map_columns(self) -> dict[str, Any]:
         """Return the parameters as columns of a row of the map; see `maps.BLOCK_COLUMN_LONG_NAMES_AND_UNITS`."""
-        return {_COLUMN_BY_PARAMETER.get(name, name): value for name, value in vars(self).items()}
+        return {_COLUMN_BY_DIFFERENTLY_NAMED_PARAMETER.get(name, name): value for name, value in vars(self).items()}
 
     @property
     def time_step_argument_of_run_cases(self) -> str:
@@ -75,7 +75,7 @@ class BlockCaseOfNumericalStabilityMap:
         )
 
 
-_COLUMN_BY_PARAMETER: Final = {
+_COLUMN_BY_DIFFERENTLY_NAMED_PARAMETER: Final = {
     "normal_stiffness_per_corner": "stiffness", "heave_damping_ratio": "damping_ratio",
     "peak_horizontal_acceleration": "peak", "requested_step_to_stable_step_ratio": "step_fraction",
     "motion_kind": "motion", "motion_period_in_samples": "period", "peak_upward_to_horizontal_ratio": "vertical",
@@ -203,7 +203,7 @@ def motion_of_case(case: BlockCaseOfNumericalStabilityMap, noise_random_seed: in
 SCENE_NAMES: Final = ("gravestone", "three-tier", "against-a-wall", "boulder")
 """Scenes of config/scenes; all of them, the gravestone included, run in the general kernel."""
 
-CASE_COUNT_PER_SCENE_SETTING: Final = 8
+PARALLEL_CASE_COUNT_PER_SCENE: Final = 8
 """Number of cases that differ only in friction, amplitude and side; the general kernel runs them side by side."""
 
 SHARE_OF_SETTINGS_WITH_STIFFNESS_IN_N_PER_M: Final = 1 / 3
@@ -212,7 +212,7 @@ SHARE_OF_SETTINGS_WITH_STIFFNESS_IN_N_PER_M: Final = 1 / 3
 
 @dataclass(frozen=True)
 class ParametersOfSceneCases:
-    """Common and individual parameters of `CASE_COUNT_PER_SCENE_SETTING` cases of a scene that run together."""
+    """Common and individual parameters of `PARALLEL_CASE_COUNT_PER_SCENE` cases of a scene that run together."""
 
     scene_name: str
     common_parameters: BlockCaseOfNumericalStabilityMap
@@ -282,15 +282,15 @@ def _draw_parameters_of_scene_cases(
     factor = 1.0 if generator.random() < 0.5 else float(np.exp(generator.uniform(np.log(0.5), np.log(2.2))))
     vertical = case.motion_kind == "vertical above g"
     amplitude = (
-        generator.uniform(0.7, 1.3, CASE_COUNT_PER_SCENE_SETTING)
+        generator.uniform(0.7, 1.3, PARALLEL_CASE_COUNT_PER_SCENE)
         if vertical
-        else 20.0 * generator.random(CASE_COUNT_PER_SCENE_SETTING) ** 3
+        else 20.0 * generator.random(PARALLEL_CASE_COUNT_PER_SCENE) ** 3
     )
     amplitude[0] *= generator.random() < 0.5 or vertical
     friction = np.where(
-        generator.random(CASE_COUNT_PER_SCENE_SETTING) < 0.05,
+        generator.random(PARALLEL_CASE_COUNT_PER_SCENE) < 0.05,
         0.0,
-        10.0 ** generator.uniform(-2.0, 1.0, CASE_COUNT_PER_SCENE_SETTING),
+        10.0 ** generator.uniform(-2.0, 1.0, PARALLEL_CASE_COUNT_PER_SCENE),
     )
     return ParametersOfSceneCases(
         scene,
@@ -303,7 +303,7 @@ def _draw_parameters_of_scene_cases(
         ),
         friction,
         amplitude,
-        np.where(generator.random(CASE_COUNT_PER_SCENE_SETTING) < 0.5, 0.0, 180.0),
+        np.where(generator.random(PARALLEL_CASE_COUNT_PER_SCENE) < 0.5, 0.0, 180.0),
     )
 
 

@@ -32,8 +32,8 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import (
     ADVERSARIAL_MOTION_KINDS,
-    CASE_COUNT_PER_SCENE_SETTING,
     ORIGINAL_PAPER_DASHPOT_N_S_PER_M,
+    PARALLEL_CASE_COUNT_PER_SCENE,
     BlockCaseOfNumericalStabilityMap,
     ParametersOfSceneCases,
     load_scene_with_case_density_and_contact_law,
@@ -238,9 +238,9 @@ def simulate_scene_cases_and_check_outcomes(
         "energy_error": np.nan, "block_steps": np.int64(0),
     }  # fmt: skip
     rows: dict[str, NDArray[Any]] = {
-        name: np.full(CASE_COUNT_PER_SCENE_SETTING, value) for name, value in alike.items()
+        name: np.full(PARALLEL_CASE_COUNT_PER_SCENE, value) for name, value in alike.items()
     }
-    rows["friction"], rows["reason"] = setting.friction_by_case, np.full(CASE_COUNT_PER_SCENE_SETTING, "", object)
+    rows["friction"], rows["reason"] = setting.friction_by_case, np.full(PARALLEL_CASE_COUNT_PER_SCENE, "", object)
     rows["peak"] = setting.amplitude_factor_by_case * np.abs(motion.north).max()
     budget = (
         MAX_STEPS_OF_ADVERSARIAL_SCENE_CASE if case.motion_kind in ADVERSARIAL_MOTION_KINDS else MAX_STEPS_OF_SCENE_CASE
@@ -286,7 +286,7 @@ def _dimensionless_groups_of_scene(
 ) -> dict[str, NDArray[Any]]:
     """Return the dimensionless groups of the cases of a scene by name; NaN if the scene was refused."""
     if prepared_scene is None:
-        return dict.fromkeys(DIMENSIONLESS_GROUP_NAMES, np.full(CASE_COUNT_PER_SCENE_SETTING, np.nan))
+        return dict.fromkeys(DIMENSIONLESS_GROUP_NAMES, np.full(PARALLEL_CASE_COUNT_PER_SCENE, np.nan))
     laws, bound = (
         prepared_scene.pair_contact_laws,
         max(min_acceleration_ratio_to_start_rocking(prepared_scene.elements), 1e-9),
@@ -308,7 +308,7 @@ def _dimensionless_groups_of_scene(
         setting.friction_by_case / bound,
     )
     return {
-        name: np.broadcast_to(value, CASE_COUNT_PER_SCENE_SETTING)
+        name: np.broadcast_to(value, PARALLEL_CASE_COUNT_PER_SCENE)
         for name, value in zip(DIMENSIONLESS_GROUP_NAMES, groups, strict=True)
     }
 

@@ -31,7 +31,7 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import (
-    CASE_COUNT_PER_SCENE_SETTING,
+    PARALLEL_CASE_COUNT_PER_SCENE,
     SPACE_FILLING_MOTION_KINDS,
     BlockCaseOfNumericalStabilityMap,
     motion_of_case,
@@ -72,7 +72,7 @@ STACK_COLUMN_LONG_NAMES_AND_UNITS: Final = {
 
 @dataclass(frozen=True)
 class ParametersOfStackCases:
-    """Stack, contact law and motion of `CASE_COUNT_PER_SCENE_SETTING` cases, and the parameters of each case."""
+    """Stack, contact law and motion of `PARALLEL_CASE_COUNT_PER_SCENE` cases, and the parameters of each case."""
 
     stone_sizes: FloatArray
     """Width, depth and height of each stone, m, from the lowest up, shape (stones, 3)."""
@@ -155,10 +155,10 @@ def _generate_parameters_of_one_random_stack(generator: np.random.Generator) -> 
         motion_kind=kind, motion_period_in_samples=float(draw_log_uniform(2.0, 200.0)),
         peak_upward_to_horizontal_ratio=float(max(generator.uniform(-1.0, 1.5), 0.0)),
     )  # fmt: skip
-    amplitude = 5.0 * generator.random(CASE_COUNT_PER_SCENE_SETTING) ** 2
-    amplitude = 0.7 + 0.6 * generator.random(CASE_COUNT_PER_SCENE_SETTING) if kind == "vertical above g" else amplitude
+    amplitude = 5.0 * generator.random(PARALLEL_CASE_COUNT_PER_SCENE) ** 2
+    amplitude = 0.7 + 0.6 * generator.random(PARALLEL_CASE_COUNT_PER_SCENE) if kind == "vertical above g" else amplitude
     amplitude[0] *= float(generator.random() < 0.5)
-    slick = generator.random(CASE_COUNT_PER_SCENE_SETTING) < 0.05
+    slick = generator.random(PARALLEL_CASE_COUNT_PER_SCENE) < 0.05
     plans: tuple[PlanShape, ...] = ()
     if generator.random() < 1.0 / 3.0:
         plans = tuple(PLAN_SHAPES[number] for number in generator.integers(0, len(PLAN_SHAPES), stones))
@@ -170,9 +170,9 @@ def _generate_parameters_of_one_random_stack(generator: np.random.Generator) -> 
         static_penetration_to_width_ratio=float(draw_log_uniform(1e-8, 1e-2)),
         contact_damping_ratio=float(draw_log_uniform(0.01, 5.0)),
         motion_with_1_g_peak=shaking,
-        friction_by_case=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, CASE_COUNT_PER_SCENE_SETTING)),
+        friction_by_case=np.where(slick, 0.0, draw_log_uniform(0.02, 10.0, PARALLEL_CASE_COUNT_PER_SCENE)),
         amplitude_factor_by_case=amplitude,
-        orientation_deg_by_case=np.round(generator.uniform(0.0, 360.0, CASE_COUNT_PER_SCENE_SETTING), 1),
+        orientation_deg_by_case=np.round(generator.uniform(0.0, 360.0, PARALLEL_CASE_COUNT_PER_SCENE), 1),
     )  # fmt: skip
 
 
@@ -276,7 +276,7 @@ def simulate_stack_cases_and_check_outcomes(
         "block_steps": np.int64(0),
     }  # fmt: skip
     rows: dict[str, NDArray[Any]] = {
-        name: np.full(CASE_COUNT_PER_SCENE_SETTING, value) for name, value in alike.items()
+        name: np.full(PARALLEL_CASE_COUNT_PER_SCENE, value) for name, value in alike.items()
     }
     peak = setting.amplitude_factor_by_case * np.abs(motion.north).max()
     down = 0.0 if motion.up is None else -float(motion.up.min()) / STANDARD_GRAVITY
@@ -284,7 +284,7 @@ def simulate_stack_cases_and_check_outcomes(
     rows |= {
         "friction": setting.friction_by_case, "orientation_deg": setting.orientation_deg_by_case, "peak": peak,
         "vertical": setting.amplitude_factor_by_case * down, "acceleration_ratio": peak / np.maximum(onset, 1e-9),
-        "reason": np.full(CASE_COUNT_PER_SCENE_SETTING, "", object),
+        "reason": np.full(PARALLEL_CASE_COUNT_PER_SCENE, "", object),
     }  # fmt: skip
     scene = stack_scene_from_parameters(setting)
     height, ratio = reference_element_height_and_b_over_h(scene)
@@ -302,7 +302,7 @@ def simulate_stack_cases_and_check_outcomes(
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows
-    for row in range(CASE_COUNT_PER_SCENE_SETTING):
+    for row in range(PARALLEL_CASE_COUNT_PER_SCENE):
         reason = name_of_first_failed_stack_check(setting, motion, found, row)
         rows["ending"][row] = StabilityCheckVerdict.WRONG_WITHOUT_WARNING if reason else int(found.status[row])
         rows["reason"][row] = reason

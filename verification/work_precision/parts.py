@@ -19,7 +19,7 @@ from overturning.model.contact import DEFAULT_2D_STATIC_PENETRATION_TO_WIDTH_RAT
 from overturning.model.results import CaseResults
 from overturning.model.scene import gravestone
 from overturning.study.answers import count_outcome_differences
-from verification.engines import BLOCK_ENGINES, FallSidesOfBlocksFunction, fall_side_of_block, installed_engines
+from verification.engines import BLOCK_ENGINES, FallSideOfSingleBlockFunction, fall_side_of_block, installed_engines
 from verification.inputs import (
     CaseGroup,
     block_case_groups_under_records,
@@ -50,7 +50,7 @@ STATIC_PENETRATION_TO_WIDTH_RATIOS: Final = (2e-3, 2e-4, 2e-5, 2e-6, DEFAULT_2D_
 AUTOMATIC_STEP_TO_STABLE_STEP_RATIO: Final = AUTO_TO_STABLE_STEP_RATIO[parse_scheme(DEFAULT_SCHEME)]
 REFERENCE_STEP_TO_STABLE_STEP_RATIO: Final = 0.006
 """Δt/Δt_stable of the reference, which uses the centred scheme."""
-THINNED_BELOW_STEP_TO_STABLE_STEP_RATIO, CASE_STRIDE_AT_SMALL_TIME_STEPS = 0.05, 3
+MIN_STEP_TO_STABLE_STEP_WITH_ALL_CASES_RUN, CASE_STRIDE_AT_SMALL_TIME_STEPS = 0.05, 3
 """Below this Δt/Δt_stable only every third case is run, to limit the run time to minutes."""
 MIN_STEP_TO_STABLE_STEP_FOR_BOUNDARIES: Final = 0.02
 """Below this Δt/Δt_stable no boundary is computed."""
@@ -58,7 +58,7 @@ MAX_FALL_BOUNDARIES_PER_RECORD: Final = 4
 """Largest number of boundaries for each record."""
 STIFFNESS_STUDY_REFERENCE_TO_STABLE_STEP: Final = 0.03
 """Δt/Δt_stable of the references with other stiffnesses; their errors are far below the effect of the stiffness."""
-RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY: Final = 0.02
+RELATIVE_HALF_WIDTH_OF_STIFFNESS_STUDY_BRACKET: Final = 0.02
 """Half-width of the bracket for boundaries with other stiffnesses, as a share of B/H."""
 EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET: Final = {"sine pulses": 5, "records, no sliding": 2}
 """The engines run every n-th case of a set, since a case takes at least a hundred times as long as in the kernel."""
@@ -197,7 +197,7 @@ def measure_errors_against_finer_steps(sliding_or_rocking_blocks: str) -> Iterat
     where = boundaries_between_falling_and_standing_cases(groups, right[0], MAX_FALL_BOUNDARIES_PER_RECORD)
     near, exact = boundary_b_over_h_by_usual_and_finest_numerics(groups, where, {}, finest.run_cases_arguments)
     for setting in scheme_settings_for_each_time_step():
-        thin = setting.time_step_to_stable_step_ratio < THINNED_BELOW_STEP_TO_STABLE_STEP_RATIO
+        thin = setting.time_step_to_stable_step_ratio < MIN_STEP_TO_STABLE_STEP_WITH_ALL_CASES_RUN
         found, columns = setting.run_and_measure_cost_per_case(few if thin else groups)
         columns |= error_table_columns(found, right_few if thin else right)
         if setting.time_step_to_stable_step_ratio >= MIN_STEP_TO_STABLE_STEP_FOR_BOUNDARIES:
@@ -231,13 +231,13 @@ def measure_errors_over_stiffness(sliding_or_rocking_blocks: str) -> Iterator[Er
         groups, run_case_groups(groups, **usual).results.overturned, MAX_FALL_BOUNDARIES_PER_RECORD
     )
     near, right = boundary_b_over_h_by_usual_and_finest_numerics(
-        groups, where, usual, slow, RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY
+        groups, where, usual, slow, RELATIVE_HALF_WIDTH_OF_STIFFNESS_STUDY_BRACKET
     )
     for delta in STATIC_PENETRATION_TO_WIDTH_RATIOS:
         setting = SchemeStepAndPenetration(DEFAULT_SCHEME, AUTOMATIC_STEP_TO_STABLE_STEP_RATIO, delta)
         found, spent = setting.run_and_measure_cost_per_case(groups)
         shift = median_relative_boundary_shift(
-            groups, where, setting.run_cases_arguments, near, right, RELATIVE_B_OVER_H_HALF_WIDTH_IN_STIFFNESS_STUDY
+            groups, where, setting.run_cases_arguments, near, right, RELATIVE_HALF_WIDTH_OF_STIFFNESS_STUDY_BRACKET
         )
         columns = spent | error_table_columns(found, exact[stiffest]) | {"boundary_shift": shift}
         yield setting.error_table_row(f"records, {sliding_or_rocking_blocks}", "stiffest springs", **columns)
@@ -388,7 +388,7 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
 
 
 def _fall_sides_of_blocks_in_engine(
-    engine: FallSidesOfBlocksFunction, groups: Sequence[CaseGroup], time_step: float
+    engine: FallSideOfSingleBlockFunction, groups: Sequence[CaseGroup], time_step: float
 ) -> Flags:
     """Return the sides to which the blocks of all groups fall in an engine."""
     sides = [
@@ -400,7 +400,7 @@ def _fall_sides_of_blocks_in_engine(
 
 
 def _fall_side_of_case_in_engine(
-    engine: FallSidesOfBlocksFunction, group: CaseGroup, case_index: int, time_step: float
+    engine: FallSideOfSingleBlockFunction, group: CaseGroup, case_index: int, time_step: float
 ) -> int:
     """Return the side to which the block of one case falls in an engine."""
     case, interval = group.parameters_of_case(case_index), group.motion.sampling_interval

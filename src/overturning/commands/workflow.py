@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-StudyOption = Annotated[str, typer.Option(help="study file, or its content as JSON")]
+StudyFileOrJsonOption = Annotated[str, typer.Option(help="study file, or its content as JSON")]
 OptionalStudyOption = Annotated[
     str | None,
     typer.Option("--study", help="study file or JSON; its figures, surveys and population replace those of the cube"),
@@ -51,7 +51,7 @@ def _create_percent_progress_printer() -> Callable[[int, int], None]:
 
 
 def read_and_process_record(
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
     record: Annotated[str, typer.Option(help="id in the record table")],
     output: NetCDFOutputOption,
 ) -> None:
@@ -82,7 +82,7 @@ def _load_study_and_processed_motions(study_file_or_json: str, motion_folder: Pa
 
 
 def compute_surface_motions(
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
     motions: MotionFolderOption,
     output: Annotated[Path, typer.Option(help="folder for the motions at the surface")],
     variant: VariantNameOption = "nominal",
@@ -102,7 +102,7 @@ def compute_surface_motions(
 
 
 def add_station_event_and_site_to_motions(
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
     motions: MotionFolderOption,
     output: Annotated[Path, typer.Option(help="folder for the motions with labels")],
 ) -> None:
@@ -127,7 +127,9 @@ def add_station_event_and_site_to_motions(
         )
 
 
-def compute_intensity_measures(study: StudyOption, motions: MotionFolderOption, output: NetCDFOutputOption) -> None:
+def compute_intensity_measures(
+    study: StudyFileOrJsonOption, motions: MotionFolderOption, output: NetCDFOutputOption
+) -> None:
     """Compute the intensity measures, such as PGA, of all records along each azimuth of the study."""
     from overturning.study.intensity import write_intensity_measures
 
@@ -135,7 +137,7 @@ def compute_intensity_measures(study: StudyOption, motions: MotionFolderOption, 
 
 
 def write_random_parameter_changes_of_ensemble(
-    study: StudyOption, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
+    study: StudyFileOrJsonOption, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
 ) -> None:
     """Draw the random parameter changes of the runs (members) of a study's ensemble, and write them as CSV."""
     from overturning.study.ensemble import draw_parameter_changes_of_members
@@ -145,7 +147,7 @@ def write_random_parameter_changes_of_ensemble(
 
 
 def simulate_cases_of_record(
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
     motion: Annotated[Path, typer.Option(help="processed motion (NetCDF)")],
     output: NetCDFOutputOption,
     variant: VariantNameOption = "nominal",
@@ -171,7 +173,7 @@ def simulate_cases_of_record(
 
 
 def merge_outcome_files_into_cube(
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
     motions: MotionFolderOption,
     parts: OutcomePartFolderOption,
     output: NetCDFOutputOption,
@@ -189,7 +191,7 @@ def merge_outcome_files_into_cube(
 
 
 def fit_fragility(
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
     cube: CubePathOption,
     intensity: IntensityMeasureFileOption,
     output: Annotated[Path, typer.Option(help="folder for fragility.csv, curves.json and the OpenQuake models (XML)")],
@@ -223,7 +225,7 @@ def fit_fragility(
 
 
 def recompute_sample_to_check_convergence(
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
     motions: MotionFolderOption,
     cube: CubePathOption,
     output: Annotated[Path, typer.Option(help="result file to write (JSON)")],
@@ -251,7 +253,7 @@ def recompute_sample_to_check_convergence(
 
 
 def draw_figures_of_records(
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
     parts: OutcomePartFolderOption,
     intensity: IntensityMeasureFileOption,
     motions: MotionFolderOption,
@@ -279,7 +281,10 @@ def draw_figures_of_records(
 
 
 def draw_figures_of_study(
-    study: StudyOption, cube: CubePathOption, intensity: IntensityMeasureFileOption, output: FigureFolderOption
+    study: StudyFileOrJsonOption,
+    cube: CubePathOption,
+    intensity: IntensityMeasureFileOption,
+    output: FigureFolderOption,
 ) -> None:
     """Draw the figures that combine all records of a study, and the map of its stations."""
     from functools import partial
@@ -333,7 +338,7 @@ def write_research_data_package(
     produced_files: Annotated[
         str, typer.Option("--made", help="files and folders to describe, one per line, or a file with them")
     ],
-    study: StudyOption,
+    study: StudyFileOrJsonOption,
 ) -> None:
     """Write the study file and the metadata that describe the results as a research data package (RO-Crate)."""
     from overturning.study.crate import write_complete_study_file_and_ro_crate_metadata

@@ -26,7 +26,7 @@ from overturning.statistics.fragility import FittedFragilityCurve
 JMA_DEGREE_BY_LOWER_BOUND: Final = {5.0: "5+", 5.5: "6−", 6.0: "6+", 6.5: "7"}
 """Degrees of the JMA scale by their lower bounds, in instrumental intensity."""
 
-MIN_VISIBLE_WIDTH_OF_LABELLED_JMA_DEGREE: Final = 0.1
+MIN_LABELLED_JMA_DEGREE_WIDTH_IN_INTENSITY: Final = 0.1
 """Smallest width, in instrumental intensity, of the part of a degree that is labelled at the left of the panel."""
 
 _FALL_SHARE_RANGE_OF_JMA_DEGREE_STYLE: Final[dict[str, Any]] = {"color": SERIES_COLOURS[4], "alpha": 0.3}
@@ -160,7 +160,7 @@ def _draw_jma_fall_rates_and_tell_if_ranges_shown(
     for (bound, name), end in zip(JMA_DEGREE_BY_LOWER_BOUND.items(), ends, strict=True):
         panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED_LINE_STYLE)
         begins = max(bound, left)
-        if begins < right and (begins == bound or end - begins > MIN_VISIBLE_WIDTH_OF_LABELLED_JMA_DEGREE):
+        if begins < right and (begins == bound or end - begins > MIN_LABELLED_JMA_DEGREE_WIDTH_IN_INTENSITY):
             panel.text(begins + 0.03, 96, name, fontsize=7, va="top")
     panel.set_xlim(left, right)
     label_axes(panel, "JMA instrumental intensity", "")

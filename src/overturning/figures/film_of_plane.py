@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-MIN_HALF_WIDTH_TO_HEIGHT_DRAWN_AS_ENDLESS_GROUND = 3.0
+MIN_ENDLESS_GROUND_HALF_WIDTH_OVER_SCENE_HEIGHT = 3.0
 """Half-width from which an element is drawn as endless ground, as a multiple of the scene's height."""
 
 GROUND_HALF_WIDTH_AND_DEPTH_OVER_SCENE_HEIGHT = 20.0
@@ -112,7 +112,7 @@ def _film_bodies_of_scene(
     levels = vertices[free, :, 1] + trajectory["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
     reach = (
-        MIN_HALF_WIDTH_TO_HEIGHT_DRAWN_AS_ENDLESS_GROUND * tall
+        MIN_ENDLESS_GROUND_HALF_WIDTH_OVER_SCENE_HEIGHT * tall
         + float(np.abs(x[:, free]).max())
         + float(np.abs(ground_displacement_by_frame).max())
     )

@@ -154,7 +154,7 @@ def panel_heading_with_motion_or_front_azimuth(azimuth_or_orientation_deg: float
     return f"{'facing' if is_3d else 'motion along'} {compass_bearing_text(azimuth_or_orientation_deg)}"
 
 
-_SETTING_HEADING_TEMPLATES: Final = {
+_PANEL_HEADING_TEMPLATE_BY_COMPARED_SETTING: Final = {
     "vertical": "with vertical motion",
     "level": "without vertical motion",
     "scene": "{name}",
@@ -176,7 +176,7 @@ def panel_heading_of_compared_setting(compared_setting_kind: str, scene_or_varia
     scene_or_variant_name : str
         Name of the scene or of the variant.
     """
-    return _SETTING_HEADING_TEMPLATES[compared_setting_kind].format(
+    return _PANEL_HEADING_TEMPLATE_BY_COMPARED_SETTING[compared_setting_kind].format(
         name=scene_or_variant_name.replace("-", " ") if compared_setting_kind == "site" else scene_or_variant_name
     )
 

@@ -37,7 +37,7 @@ from overturning.statistics.illustrative import (
 )
 from overturning.study.cube import element_name_to_show, open_cube_for_reading_by_record, study_of_cube
 from overturning.study.scenes import (
-    NOMINAL_VARIANT,
+    NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
     StudyToSceneSizeConversion,
     compared_element_names_of_study_and_variant,
     numerical_options_of_study,
@@ -98,7 +98,7 @@ def choose_simulate_and_draw_illustrative_cases(
                 answer = clearest_case_with_differing_outcomes(
                     select_outcomes_of_element(elements, here),
                     select_outcomes_of_element(other_cube.isel(record=chosen), there),
-                    (NOMINAL_VARIANT, variant),
+                    (NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant),
                 )
             cases = cases if answer is None else [answer, *cases]
         drawn_files = dict[tuple[str, ...], Path]()
@@ -140,7 +140,7 @@ def _simulate_and_draw_illustrative_case(
     """
     study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
-    settings = case.variant_name_by_panel or (NOMINAL_VARIANT,) * len(case.panel_azimuths_deg)
+    settings = case.variant_name_by_panel or (NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,) * len(case.panel_azimuths_deg)
     every = [_read_motion_for_variant(study, motion_folder, record, name) for name in settings]
     paths = [
         simulate_block_trajectories(study, motion, case.block_coordinates, [angle], name)[0]
@@ -230,7 +230,9 @@ def panel_heading_of_variant(study: Study, variant: str, variant_of_other_panel:
         return panel_heading_of_compared_setting("scene", variant_scene(study, variant).name)
     if own.site != other.site:
         return panel_heading_of_compared_setting("site" if own.site else "recorded", variant)
-    return panel_heading_of_compared_setting("study" if variant == NOMINAL_VARIANT else "variant", variant)
+    return panel_heading_of_compared_setting(
+        "study" if variant == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS else "variant", variant
+    )
 
 
 def block_label(study: Study, block_parameters: dict[str, float]) -> str:
@@ -283,7 +285,7 @@ def simulate_block_trajectories(
     motion: Motion,
     block_parameters: dict[str, float],
     azimuths_or_orientations_deg: Sequence[float],
-    variant: str = NOMINAL_VARIANT,
+    variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
 ) -> list["xr.Dataset"]:
     """Simulate one block of a study's variant for each direction, degrees; return its motion over time.
 

@@ -35,7 +35,7 @@ MAX_PANELS_PER_ROW: Final = 4
 MAX_PANELS_PER_ROW_ON_PHONE: Final = 2
 """Largest number of panels in a row on a phone: panels as large as on a page."""
 
-MAX_EARTHQUAKES_PER_FIGURE: Final = 20
+MAX_EARTHQUAKE_MAPS_PER_FIGURE: Final = 20
 """Largest number of panels of one figure; there are more figures if a study has more earthquakes."""
 
 MIN_MAP_HALF_WIDTH_KM: Final = 5.0
@@ -145,10 +145,10 @@ def _are_coordinates_known(latitude_and_longitude: tuple[float, float]) -> bool:
 
 
 def figures_with_several_earthquake_maps(earthquakes: Sequence[EarthquakeMapContent]) -> Iterator[Figure]:
-    """Yield figures with maps of all earthquakes, with at most `MAX_EARTHQUAKES_PER_FIGURE` maps per figure."""
+    """Yield figures with maps of all earthquakes, with at most `MAX_EARTHQUAKE_MAPS_PER_FIGURE` maps per figure."""
     yield from (
-        draw_station_and_fall_axis_maps_of_earthquakes(earthquakes[first : first + MAX_EARTHQUAKES_PER_FIGURE])
-        for first in range(0, len(earthquakes), MAX_EARTHQUAKES_PER_FIGURE)
+        draw_station_and_fall_axis_maps_of_earthquakes(earthquakes[first : first + MAX_EARTHQUAKE_MAPS_PER_FIGURE])
+        for first in range(0, len(earthquakes), MAX_EARTHQUAKE_MAPS_PER_FIGURE)
     )
 
 

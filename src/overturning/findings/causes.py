@@ -4,7 +4,13 @@ import math
 from collections.abc import Mapping, Sequence
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean, negate_estimate
+from overturning.findings.values import (
+    Estimate,
+    FindingBaseClass,
+    OptionalNumberOrInfinity,
+    estimate_from_mean,
+    negate_estimate,
+)
 from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.statistics.criteria import MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO, score_overturning_criteria
 from overturning.statistics.logistic import CONFIDENCE_LEVEL, coefficient_interval_and_predictor_range_rows
@@ -18,21 +24,21 @@ class LogisticCoefficient(FindingBaseClass):
 
     predictor: str
     """Name of the predictor; "intercept" for the constant."""
-    value: OptionalNumber
+    value: OptionalNumberOrInfinity
     """Change of the log-odds of a fall per unit of the predictor."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Lower end of the interval of `value`."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Upper end of the interval of `value`."""
-    data_minimum: OptionalNumber
+    data_minimum: OptionalNumberOrInfinity
     """Smallest value of the predictor in the data."""
-    data_maximum: OptionalNumber
+    data_maximum: OptionalNumberOrInfinity
     """Largest value of the predictor in the data."""
-    odds_factor_per_doubling: OptionalNumber
+    odds_factor_per_doubling: OptionalNumberOrInfinity
     """Factor on the odds of a fall if the quantity doubles and the other predictors stay; None for the intercept."""
-    odds_factor_per_doubling_low: OptionalNumber
+    odds_factor_per_doubling_low: OptionalNumberOrInfinity
     """Lower end of the interval of `odds_factor_per_doubling`."""
-    odds_factor_per_doubling_high: OptionalNumber
+    odds_factor_per_doubling_high: OptionalNumberOrInfinity
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
@@ -41,11 +47,11 @@ class FallProbabilityFromHalfAfterDoubling(FindingBaseClass):
 
     doubled_quantity: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
-    fall_probability_after_doubling_from_half: OptionalNumber
+    fall_probability_after_doubling_from_half: OptionalNumberOrInfinity
     """Probability of a fall after doubling if it was 0.5 before."""
-    fall_probability_after_doubling_from_half_low: OptionalNumber = None
+    fall_probability_after_doubling_from_half_low: OptionalNumberOrInfinity = None
     """Lower end of the interval of `fall_probability_after_doubling_from_half`."""
-    fall_probability_after_doubling_from_half_high: OptionalNumber = None
+    fall_probability_after_doubling_from_half_high: OptionalNumberOrInfinity = None
     """Upper end of the interval of `fall_probability_after_doubling_from_half`."""
 
 
@@ -73,15 +79,15 @@ class CriterionScore(FindingBaseClass):
     """Name of the criterion."""
     predicted_fall_condition: str
     """Condition under which the criterion predicts a fall."""
-    hit_rate: OptionalNumber
+    hit_rate: OptionalNumberOrInfinity
     """Share of the falls that the criterion predicts."""
-    false_alarm_rate: OptionalNumber
+    false_alarm_rate: OptionalNumberOrInfinity
     """Share of the standing blocks for which the criterion predicts a fall."""
     skill: Estimate
     """Skill over all blocks together."""
     mean_skill_at_fixed_height_and_b_over_h: Estimate
     """Mean over heights and B/H of the skill among the blocks of one height and B/H."""
-    mean_skill_within_pulse_criterion_range: OptionalNumber
+    mean_skill_within_pulse_criterion_range: OptionalNumberOrInfinity
     """Mean skill at fixed height and B/H without planes and blocks beyond the range of the pulse criterion."""
 
 
@@ -109,7 +115,7 @@ class CriteriaFindings(FindingBaseClass):
     """Mean skill at fixed height and B/H of `largest_skill_criterion` minus that of each other criterion."""
     insignificant_differences_from_best_skill: list[SkillDifferenceOfTwoCriteria]
     """Values of `best_minus_other_skill_by_other_criterion` with intervals that include 0, in the order of `scores`."""
-    share_of_cases_beyond_pulse_criterion_range: OptionalNumber
+    share_of_cases_beyond_pulse_criterion_range: OptionalNumberOrInfinity
     """Share of planes and blocks for which the pulse criterion is far too low."""
     max_valid_pulse_to_block_frequency_ratio: float = MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO
     """Largest frequency ratio ω/p for which the pulse criterion is valid."""

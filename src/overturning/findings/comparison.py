@@ -2,7 +2,7 @@
 
 import math
 
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.study.convergence import ConvergenceCheckResult, OutcomeChangesOfElement
 from overturning.study.ensemble import wilson_95_percent_interval
 
@@ -17,11 +17,11 @@ class ChangedCaseCountAndShare(FindingBaseClass):
     """Number of cases that change."""
     compared_count: int
     """Number of cases that are compared."""
-    value: OptionalNumber
+    value: OptionalNumberOrInfinity
     """Share of the compared cases that change; None if none is compared."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Lower end of the 95 % interval; None if all cases of the study are compared."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
 
 
 class ComparisonWithMoreExactComputation(FindingBaseClass):
@@ -29,7 +29,7 @@ class ComparisonWithMoreExactComputation(FindingBaseClass):
 
     more_exact_computation_kind: str
     """"finer" (shorter steps), "stiffer" (stiffer contact), or "rigid" (exact rigid block without sliding)."""
-    step_count_or_stiffness_factor: OptionalNumber
+    step_count_or_stiffness_factor: OptionalNumberOrInfinity
     """Factor on the number of steps or on the stiffness; None for the rigid block."""
     element: str
     """Element that is compared; empty for a single block."""

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean
+from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumberOrInfinity, estimate_from_mean
 from overturning.model.scene import Scene
 from overturning.model.variables import mask_of_known_outcomes
 from overturning.records.site import STRAIN_BEYOND_CURVE_PHRASE, SoilSite
@@ -20,7 +20,7 @@ from overturning.statistics.elements import (
 from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_sources_and_processing_by_id
 from overturning.study.scenes import (
-    NOMINAL_VARIANT,
+    NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
     compared_element_names_of_study_and_variant,
     names_of_settings_in_which_variants_differ,
     select_outcomes_of_element,
@@ -45,7 +45,7 @@ class VariantContrast(FindingBaseClass):
     compared_element_in_variant: str
     differing_settings: list[str]
     """Settings that differ: scene, contact, vertical, site."""
-    soil_thickness_of_variant_m: OptionalNumber
+    soil_thickness_of_variant_m: OptionalNumberOrInfinity
     """Thickness of the soil of the variant above the rock, m; None without soil."""
     compared_record_count: int
     """Number of compared records; if only vertical motion differs, those with a vertical component."""
@@ -65,7 +65,7 @@ class VariantContrast(FindingBaseClass):
     """Share of the cases that overturn in both."""
     share_within_45_deg_of_each_other_if_both_fall: Estimate
     """Share of the falls in both that go within 45° of each other."""
-    share_over_45_deg_apart_if_both_fall: OptionalNumber
+    share_over_45_deg_apart_if_both_fall: OptionalNumberOrInfinity
     """Share of the falls in both that go more than 45° apart; None without such falls."""
     share_falling_first_in_study_if_both_fall: Estimate
     """Share of the falls in both that are earlier in the study."""
@@ -110,15 +110,15 @@ class ElementFallSummaryForOneVariant(FindingBaseClass):
     """Number of cases with an outcome."""
     falls: int
     """Number of cases in which the element falls."""
-    share_overturned: OptionalNumber
+    share_overturned: OptionalNumberOrInfinity
     """Share of the cases in which the element falls."""
     falls_with_no_earlier_fall: int
     """Number of falls in which no other element falls before."""
-    share_of_falls_with_no_earlier_fall: OptionalNumber
+    share_of_falls_with_no_earlier_fall: OptionalNumberOrInfinity
     """Share of its falls in which no other element falls before; None without falls."""
-    share_of_falls_without_other_falls: OptionalNumber
+    share_of_falls_without_other_falls: OptionalNumberOrInfinity
     """Share of its falls in which no other element falls at all; None without falls."""
-    median_fall_time_s: OptionalNumber
+    median_fall_time_s: OptionalNumberOrInfinity
     """Median time of the falls from the start of the record, s."""
 
 
@@ -142,16 +142,16 @@ class SoilProfileFallRatesAtAmplitude(FindingBaseClass):
     """True if a layer softens with strain (equivalent-linear computation), False if all layers are linear."""
     amplitude_factor: float
     """Factor on the motion."""
-    median_pga_m_s2: OptionalNumber
+    median_pga_m_s2: OptionalNumberOrInfinity
     """Median of the largest horizontal acceleration over records, m/s²."""
-    mean_fall_rate: OptionalNumber
+    mean_fall_rate: OptionalNumberOrInfinity
     """Mean over records of the share of the stones that fall."""
-    median_angle_to_fall_axis_without_soil_deg: OptionalNumber
+    median_angle_to_fall_axis_without_soil_deg: OptionalNumberOrInfinity
     """Median angle, over records, between the fall axes on this ground and on the ground as recorded; None if the
     planes of the study impose the axis."""
     records_with_fall_axis_with_and_without_soil: int
     """Number of records with an axis on both grounds."""
-    median_fall_rate: OptionalNumber
+    median_fall_rate: OptionalNumberOrInfinity
     """Median over records of the share of the stones that fall."""
     records_with_at_least_half_fallen: int
     """Number of records under which at least half of the stones fall."""
@@ -168,9 +168,14 @@ def indices_of_records_where_variant_can_differ(results: StudyResults, variant: 
     the same cases for them, which show nothing about vertical motion.
     """
     every = np.arange(results.reference_element_cube.sizes["record"])
-    if names_of_settings_in_which_variants_differ(results.study, NOMINAL_VARIANT, variant) != ["vertical"]:
+    if names_of_settings_in_which_variants_differ(results.study, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant) != [
+        "vertical"
+    ]:
         return every
-    applied = [results.cube_of_default_element(name)["vertical"].to_numpy() == 1 for name in (NOMINAL_VARIANT, variant)]
+    applied = [
+        results.cube_of_default_element(name)["vertical"].to_numpy() == 1
+        for name in (NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant)
+    ]
     return every[np.logical_or(*applied)]
 
 
@@ -187,7 +192,7 @@ def _compare_study_with_variant(
     elements = compared_element_names_of_study_and_variant(results.study, variant_name)
     cubes = [
         select_outcomes_of_element(results.cubes_by_variant[name], element).isel(record=record_indices)
-        for name, element in zip((NOMINAL_VARIANT, variant_name), elements, strict=True)
+        for name, element in zip((NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant_name), elements, strict=True)
     ]
     events = results.record_events[record_indices]
     counts = count_falls_of_two_stones(*cubes)
@@ -201,7 +206,7 @@ def _compare_study_with_variant(
     mean_rates = [estimate_from_mean(mean, FALL_RATE_DESCRIPTION) for mean in means]
     with_rate = results.study.primary.statistic == "fall_rate"
     rate_difference = mean_over_earthquakes(rates[0] - rates[1], events) if rates and with_rate else None
-    scenes = [variant_scene(results.study, name) for name in (NOMINAL_VARIANT, variant_name)]
+    scenes = [variant_scene(results.study, name) for name in (NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant_name)]
     site = settings_changed_by_variant(results.study, variant_name).site
     same_direction = found.same_direction_share_if_both_fall
     b_over_h = results.reference_element_cube["b_over_h"].to_numpy()
@@ -212,7 +217,9 @@ def _compare_study_with_variant(
         scene_name_of_variant=scenes[1].name,
         compared_element_in_study=elements[0],
         compared_element_in_variant=elements[1],
-        differing_settings=names_of_settings_in_which_variants_differ(results.study, NOMINAL_VARIANT, variant_name),
+        differing_settings=names_of_settings_in_which_variants_differ(
+            results.study, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant_name
+        ),
         soil_thickness_of_variant_m=sum(layer.thickness_m for layer in site.layers) if site is not None else None,
         compared_record_count=int(record_indices.size),
         cases_not_compared=cubes[0]["overturned"].size - int(counts["compared"].sum()),
@@ -327,15 +334,19 @@ def _fall_outcomes_of_element(
 
 def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[SoilProfileFallRatesAtAmplitude]:
     """Compute the fall rates of a stone population by soil and amplitude; empty without soil variant or population."""
-    sites: dict[str, SoilSite | None] = {NOMINAL_VARIANT: None}
+    sites: dict[str, SoilSite | None] = {NAME_OF_STUDY_ITSELF_AMONG_VARIANTS: None}
     sites |= {name: settings_changed_by_variant(results.study, name).site for name in results.study.variants}
-    sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL_VARIANT}
+    sites = {
+        name: site for name, site in sites.items() if site is not None or name == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
+    }
     if len(sites) == 1 or not (rates_by_variant := results.population_rates_by_variant):
         return []
     found = []
-    for factor in map(float, rates_by_variant[NOMINAL_VARIANT]["amplitude"].to_numpy()):
+    for factor in map(float, rates_by_variant[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS]["amplitude"].to_numpy()):
         for name, site in sites.items():
-            rates = [rates_by_variant[each].sel(amplitude=factor) for each in (name, NOMINAL_VARIANT)]
+            rates = [
+                rates_by_variant[each].sel(amplitude=factor) for each in (name, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS)
+            ]
             rate = rates[0]["fall_rate"]
             accounts = record_sources_and_processing_by_id(results.cubes_by_variant[name]).values()
             has_two_axes = site is not None and not results.simulated_azimuths_impose_fall_axis

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumber, estimate_from_mean
+from overturning.findings.values import Estimate, FindingBaseClass, OptionalNumberOrInfinity, estimate_from_mean
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.alignment_by_rule import FaultNormalAlignmentOfSelectedBlocks
 from overturning.statistics.bootstrap import mean_over_earthquakes
@@ -29,11 +29,11 @@ class EarthquakeFallAxis(FindingBaseClass):
 
     event: str
     """Name of the earthquake."""
-    mean_cos_2_angle_to_fault_normal: OptionalNumber
+    mean_cos_2_angle_to_fault_normal: OptionalNumberOrInfinity
     """Mean of cos 2Δ; None without falls or fault normal."""
-    fall_axis_resultant_length: OptionalNumber
+    fall_axis_resultant_length: OptionalNumberOrInfinity
     """Length of the mean of the doubled fall axes: 0 for axes in all directions, 1 for one axis."""
-    fall_axis_from_fault_normal_deg: OptionalNumber
+    fall_axis_from_fault_normal_deg: OptionalNumberOrInfinity
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
 
 
@@ -48,7 +48,7 @@ class BlockSelectionFaultNormalAlignment(FindingBaseClass):
     """Number of records with falls that count."""
     mean_cos_2_angle_to_fault_normal: Estimate
     """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
-    largest_possible_alignment: OptionalNumber
+    largest_possible_alignment: OptionalNumberOrInfinity
     """Alignment if the mean axis of every record were its fault normal."""
 
 
@@ -61,13 +61,13 @@ class RecordGroupFallAxisAndAlignment(FindingBaseClass):
     """Number of earthquakes with records in the group; those with an alignment are counted there."""
     mean_cos_2_angle_to_fault_normal: Estimate
     """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
-    largest_possible_alignment: OptionalNumber
+    largest_possible_alignment: OptionalNumberOrInfinity
     """Alignment if the mean axis of every record were its fault normal."""
-    fall_axis_from_fault_normal_deg: OptionalNumber
+    fall_axis_from_fault_normal_deg: OptionalNumberOrInfinity
     """Mean axis relative to the fault normal; None if a test does not reject "no common axis" at 5 %."""
-    axis_interval_half_width_deg: OptionalNumber
+    axis_interval_half_width_deg: OptionalNumberOrInfinity
     """Half of the 95 % interval of the axis."""
-    no_common_axis_p_value: OptionalNumber
+    no_common_axis_p_value: OptionalNumberOrInfinity
     """p-value of the test of "no common axis"."""
     earthquakes_with_axis: int
     """Number of earthquakes whose falls have an axis (large enough resultant)."""
@@ -79,9 +79,9 @@ class RecordGroupFallAxisAndAlignment(FindingBaseClass):
     """Falls of each earthquake relative to its fault normal."""
     by_rule: list[BlockSelectionFaultNormalAlignment]
     """Alignment under each rule that selects blocks."""
-    smallest_alignment_over_block_selections: OptionalNumber
+    smallest_alignment_over_block_selections: OptionalNumberOrInfinity
     """Smallest alignment under the rules of `by_rule`."""
-    largest_alignment_over_block_selections: OptionalNumber
+    largest_alignment_over_block_selections: OptionalNumberOrInfinity
     selection_rules_with_interval: int
     """Number of these rules with an interval, and how many of the intervals exclude 0."""
     selection_rules_with_interval_excluding_zero: int
@@ -99,7 +99,7 @@ class FallDirectionRelativeToFaultNormal(FindingBaseClass):
     """Direction of the falls of each group of records."""
     first_minus_second_group_alignment: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
-    neighbour_outcome_change_share_by_dimension: dict[str, OptionalNumber]
+    neighbour_outcome_change_share_by_dimension: dict[str, OptionalNumberOrInfinity]
     """Share of neighbouring cells with different outcomes, by dimension."""
     overturned_shares_by_plane_azimuth: list["OverturnedShareInVerticalPlane"] = Field(default_factory=list)
     """Share of the cases that overturn in each plane; empty unless the planes are spread unevenly over the circle."""
@@ -110,7 +110,7 @@ class OverturnedShareInVerticalPlane(FindingBaseClass):
 
     azimuth_deg: float
     """Azimuth of the plane, degrees, 0 to 180."""
-    share_overturned: OptionalNumber
+    share_overturned: OptionalNumberOrInfinity
     """Share of the cases with an outcome that overturn."""
 
 
@@ -156,17 +156,17 @@ class PlanarModelAgreement(FindingBaseClass):
 
     compared_case_count: int
     """Number of cases with both outcomes."""
-    same_outcome_share: OptionalNumber
+    same_outcome_share: OptionalNumberOrInfinity
     """Share of cases in which the 2-D model predicts correctly whether the stone falls."""
-    same_outcome_share_if_b_over_h_neighbour_differs: OptionalNumber
+    same_outcome_share_if_b_over_h_neighbour_differs: OptionalNumberOrInfinity
     """Value of `same_outcome_share` for cases whose neighbour in B/H has another outcome."""
-    only_3d_overturns_share: OptionalNumber
+    only_3d_overturns_share: OptionalNumberOrInfinity
     """Share of the cases that overturn in the 3-D model only."""
-    only_2d_overturns_share: OptionalNumber
+    only_2d_overturns_share: OptionalNumberOrInfinity
     """Share of the cases that overturn in the 2-D model only."""
-    same_fall_edge_share: OptionalNumber
+    same_fall_edge_share: OptionalNumberOrInfinity
     """Share of the falls in both models that go over the edge that the 2-D model predicts."""
-    mean_angle_between_fall_axes_deg: OptionalNumber
+    mean_angle_between_fall_axes_deg: OptionalNumberOrInfinity
     """Mean angle between the fall axes of the two models, 0 to 90."""
 
 
@@ -286,7 +286,7 @@ def fall_direction_findings(results: StudyResults) -> FallDirectionRelativeToFau
                 ),
             )
         )
-    changes = dict[str, OptionalNumber]()
+    changes = dict[str, OptionalNumberOrInfinity]()
     for dim in (results.model.direction_dimension_name, "b_over_h"):
         changed, pairs = count_differing_and_all_neighbour_pairs(cube, dim)
         changes[dim] = changed / pairs if pairs else None

@@ -1,7 +1,7 @@
 """Slip and twist of the stones of a 3-D scene at the end, and falls over the rim of what a stone stands on."""
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.statistics.elements import summarise_element_displacements
 from overturning.study.scenes import variant_scene
 
@@ -17,17 +17,17 @@ class ElementDisplacementFindings(FindingBaseClass):
     """Name of the element."""
     standing_case_count: int
     """Number of cases in which the element stands."""
-    median_slip_if_standing_cm: OptionalNumber
+    median_slip_if_standing_cm: OptionalNumberOrInfinity
     """Median of the horizontal slip over the standing cases, cm."""
-    percentile_90_slip_if_standing_cm: OptionalNumber
+    percentile_90_slip_if_standing_cm: OptionalNumberOrInfinity
     """90th percentile of the horizontal slip over the standing cases, cm."""
-    median_abs_twist_if_standing_deg: OptionalNumber
+    median_abs_twist_if_standing_deg: OptionalNumberOrInfinity
     """Median of the absolute rotation about the vertical over the standing cases, degrees."""
-    percentile_90_abs_twist_if_standing_deg: OptionalNumber
+    percentile_90_abs_twist_if_standing_deg: OptionalNumberOrInfinity
     """90th percentile of the absolute rotation about the vertical over the standing cases, degrees."""
     cases_with_fall: int
     """Number of cases in which the element falls."""
-    share_of_falls_by_sliding_off: OptionalNumber
+    share_of_falls_by_sliding_off: OptionalNumberOrInfinity
     """Share of its falls in which it slides over the rim of what it stands on; None without falls, and for the lowest
     stone, since the ground has no rim."""
 

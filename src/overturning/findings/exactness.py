@@ -15,7 +15,7 @@ from overturning.findings.comparison import (
 )
 from overturning.findings.relief import FallSharesByBaseRelief, share_of_fall_variance_due_to_base_relief
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.model.model import Model
 from overturning.settings import EnsembleSettings
 from overturning.statistics.by_record import apply_to_record_batches_and_join
@@ -39,24 +39,24 @@ MIN_COMPARED_CASES_PER_RECORD: Final = 20
 class EnsembleDisagreementFindings(FindingBaseClass):
     """Shares of cases whose ensemble runs, with slightly changed parameters, disagree about the fall."""
 
-    share_of_cells_repeated: OptionalNumber
+    share_of_cells_repeated: OptionalNumberOrInfinity
     """Share of all cells that were run again, several times."""
     repeats_every_cell: bool
     """True if the study repeats all cells, False if it repeats those near a change of outcome along B/H."""
-    fewest_runs_per_cell: OptionalNumber
+    fewest_runs_per_cell: OptionalNumberOrInfinity
     """Smallest number of runs of a repeated cell."""
-    most_runs_per_cell: OptionalNumber
+    most_runs_per_cell: OptionalNumberOrInfinity
     """Largest number of runs of a repeated cell."""
-    mean_runs_per_cell: OptionalNumber
+    mean_runs_per_cell: OptionalNumberOrInfinity
     """Mean number of runs of a repeated cell."""
     runs_per_cell_in_first_batch: int
     """Number of runs per cell to which the shares of cells with falls and stands and (2-D) with both sides refer."""
-    share_of_repeated_cells_with_fall_and_stand: OptionalNumber
+    share_of_repeated_cells_with_fall_and_stand: OptionalNumberOrInfinity
     """Estimated share of the repeated cells in which some runs of the first batch fall and others stand.
 
     Cells with an outcome of fewer runs are left out.
     """
-    share_of_repeated_cells_falling_to_both_sides: OptionalNumber
+    share_of_repeated_cells_falling_to_both_sides: OptionalNumberOrInfinity
     """Estimated share of the repeated cells in which most runs of the first batch fall, but not all to one side; in
     3-D the share, of the repeated cells in which all runs fall, whose directions are far apart."""
     fall_shares_by_base_relief: FallSharesByBaseRelief | None = None
@@ -85,7 +85,7 @@ class OutcomeChangesInConvergenceCheck(FindingBaseClass):
     """True if a random sample of the cases was run again, False if all were."""
     comparisons: list[ComparisonWithMoreExactComputation]
     """Cases that change in each second computation."""
-    share_below_rocking_and_sliding_thresholds: OptionalNumber
+    share_below_rocking_and_sliding_thresholds: OptionalNumberOrInfinity
     """Share of the cases run again that lie below the thresholds of rocking and sliding and cannot change."""
     changes_under_tiny_amplitude_increase: ChangedCaseCountAndShare
     """Cases that change under a motion stronger by a factor of 1 + 10⁻⁹: no computation can decide them."""
@@ -104,11 +104,11 @@ class FinalTwistOfMovedStandingStones(FindingBaseClass):
 
     moved_standing_stone_count: int
     """Number of stones that moved and stand."""
-    median_abs_twist_deg: OptionalNumber
+    median_abs_twist_deg: OptionalNumberOrInfinity
     """Median of the absolute rotation."""
-    percentile_90_abs_twist_deg: OptionalNumber
+    percentile_90_abs_twist_deg: OptionalNumberOrInfinity
     """90th percentile of the absolute rotation."""
-    largest_abs_twist_deg: OptionalNumber
+    largest_abs_twist_deg: OptionalNumberOrInfinity
     """Largest absolute rotation."""
 
 

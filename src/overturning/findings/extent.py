@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges_deg
 from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
@@ -29,11 +29,11 @@ class StudyExtentSummary(FindingBaseClass):
     frictions: int
     blocks: int
     """Number of blocks: heights times slendernesses times frictions, times ratios of depth to width in 3-D."""
-    azimuth_or_orientation_step_deg: OptionalNumber
+    azimuth_or_orientation_step_deg: OptionalNumberOrInfinity
     """Angle between neighbouring azimuths of the motion, or orientations of the body; None if it varies."""
-    smallest_azimuth_or_orientation_deg: OptionalNumber = None
+    smallest_azimuth_or_orientation_deg: OptionalNumberOrInfinity = None
     """Smallest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
-    largest_azimuth_or_orientation_deg: OptionalNumber = None
+    largest_azimuth_or_orientation_deg: OptionalNumberOrInfinity = None
     """Largest azimuth of the motion, or orientation of the body, degrees clockwise from north."""
     unsimulated_azimuth_ranges_deg: list[tuple[float, float]]
     """Ranges of azimuths, degrees, in which no plane was computed."""
@@ -68,15 +68,15 @@ class RecordChosenForMap(FindingBaseClass):
     reason_for_choice: str
     """Reason for the choice: "every record", "most aligned", "median", "least aligned", "clearest axis" or
     "first with falls"."""
-    mean_cos_2_angle_to_fault_normal: OptionalNumber
+    mean_cos_2_angle_to_fault_normal: OptionalNumberOrInfinity
     """Mean cos 2Δ of the falls under this record: 1 normal to the fault, −1 along it."""
 
 
 class ReportMapSelection(FindingBaseClass):
     """Records whose polar maps the report shows, with the height, friction and smallest B/H of these maps."""
 
-    height_m: OptionalNumber
-    friction: OptionalNumber
+    height_m: OptionalNumberOrInfinity
+    friction: OptionalNumberOrInfinity
     smallest_b_over_h: float
     records: list[RecordChosenForMap]
 

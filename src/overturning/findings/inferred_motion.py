@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pydantic import Field
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.settings import StonePopulation
 from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT_P_VALUE
 from overturning.surveys.posterior import CREDIBLE_INTERVAL_PROBABILITY, SurveyInversionResult
@@ -21,13 +21,13 @@ class IntensityCredibleIntervals(FindingBaseClass):
     """Intensity measure, such as PGV."""
     unit: str
     """Unit of the bounds."""
-    posterior_low: OptionalNumber
+    posterior_low: OptionalNumberOrInfinity
     """Lower end of the interval after the survey."""
-    posterior_high: OptionalNumber
+    posterior_high: OptionalNumberOrInfinity
     """Upper end of the interval after the survey."""
-    prior_low: OptionalNumber
+    prior_low: OptionalNumberOrInfinity
     """Lower end of the interval before the survey."""
-    prior_high: OptionalNumber
+    prior_high: OptionalNumberOrInfinity
     """Upper end of the interval before the survey."""
 
 
@@ -35,8 +35,8 @@ class CandidateMotionProbabilities(FindingBaseClass):
     """Candidate motion, and its probability without the survey (prior) and with it (posterior)."""
 
     motion_name: str
-    posterior_probability: OptionalNumber
-    prior_probability: OptionalNumber
+    posterior_probability: OptionalNumberOrInfinity
+    prior_probability: OptionalNumberOrInfinity
 
 
 class StoneHeightOrWidthRange(FindingBaseClass):
@@ -57,15 +57,15 @@ class InferredMotionOfSite(FindingBaseClass):
     """Number of stones that stood."""
     strengths: list[IntensityCredibleIntervals]
     """Interval of each intensity measure."""
-    peak_velocity_axis_credible_arc_middle_deg: OptionalNumber
+    peak_velocity_axis_credible_arc_middle_deg: OptionalNumberOrInfinity
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_credible_arc_width_deg: OptionalNumber
+    velocity_axis_credible_arc_width_deg: OptionalNumberOrInfinity
     """Width of this arc."""
-    velocity_axis_credible_arc_half_width_deg: OptionalNumber
+    velocity_axis_credible_arc_half_width_deg: OptionalNumberOrInfinity
     """Half of the width of this arc."""
     everything_fell: bool
     """True if every stone fell: then the site shows no axis."""
-    fit_p_value: OptionalNumber
+    fit_p_value: OptionalNumberOrInfinity
     """p-value of the posterior predictive check; small if no motion fits the stones of the site."""
     any_motion_fits: bool
     """False if the check rejects every motion."""
@@ -82,15 +82,15 @@ class InferredMotionOfSurvey(FindingBaseClass):
     """Number of stones that stood."""
     credible_interval_probability: float = CREDIBLE_INTERVAL_PROBABILITY
     """Probability of the credible intervals and of the arc."""
-    peak_velocity_axis_credible_arc_middle_deg: OptionalNumber
+    peak_velocity_axis_credible_arc_middle_deg: OptionalNumberOrInfinity
     """Middle of the credible arc of the axis of the largest velocity, 0 to 180."""
-    velocity_axis_credible_arc_width_deg: OptionalNumber
+    velocity_axis_credible_arc_width_deg: OptionalNumberOrInfinity
     """Width of the arc of the axis of the largest velocity."""
     strengths: list[IntensityCredibleIntervals]
     """Interval of each intensity measure."""
     everything_fell: bool
     """True if every stone fell: then the survey shows no axis."""
-    velocity_axis_credible_arc_half_width_deg: OptionalNumber
+    velocity_axis_credible_arc_half_width_deg: OptionalNumberOrInfinity
     """Half of the width of the arc of the axis."""
     posterior_probability_of_strongest_pgv_level: float
     """Share of the probability on the strongest level of the motions."""
@@ -100,7 +100,7 @@ class InferredMotionOfSurvey(FindingBaseClass):
     highest_candidate_pgv_level_cm_s: float
     assumed_fixed_stone_share: float
     """Share of stones taken to be fixed to their base."""
-    fit_p_value: OptionalNumber
+    fit_p_value: OptionalNumberOrInfinity
     """p-value of the posterior predictive check; small if no motion fits the survey."""
     any_motion_fits: bool
     """False if the check rejects every motion."""

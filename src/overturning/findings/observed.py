@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.statistics.mean_direction import MeanDirectionWithInterval
 from overturning.surveys.observed import ObservedOutcomesAndFallDirections, SurveySummary
@@ -14,11 +14,11 @@ class ObservedStoneShare(FindingBaseClass):
     Stones are taken to fall independently of each other.
     """
 
-    value: OptionalNumber
+    value: OptionalNumberOrInfinity
     """Share, 0 to 1."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Lower end of the interval."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Upper end of the interval."""
     level: float = 0.95
     """Probability of the interval."""
@@ -29,13 +29,13 @@ class MeanFallDirectionOrAxis(FindingBaseClass):
 
     sample_size: int
     """Number of falls of known direction."""
-    mean_deg: OptionalNumber
+    mean_deg: OptionalNumberOrInfinity
     """Mean, degrees clockwise from true north (axes: 0 to 180); None if the falls may well be in random directions."""
-    interval_half_width_deg: OptionalNumber
+    interval_half_width_deg: OptionalNumberOrInfinity
     """Half the width of the interval of the mean; None for fewer than eight falls, or without mean."""
-    mean_resultant_length: OptionalNumber
+    mean_resultant_length: OptionalNumberOrInfinity
     """Mean resultant length, 0 to 1; for axes that of the doubled angles."""
-    uniformity_p_value: OptionalNumber
+    uniformity_p_value: OptionalNumberOrInfinity
     """Probability of a resultant at least as long if the stones fell in random directions."""
     level: float = 0.95
     """Probability of the interval."""
@@ -73,7 +73,7 @@ class ObservedFallsFinding(FindingBaseClass):
     """Mean direction of the falls, and test against no common direction."""
     axis: MeanFallDirectionOrAxis
     """Mean axis of the falls, and test against no common axis."""
-    falls_by_sector: list[OptionalNumber]
+    falls_by_sector: list[OptionalNumberOrInfinity]
     """Number of falls of known direction in each of 8 or 16 equal sectors, clockwise; the first is centred on north."""
 
 
@@ -84,9 +84,9 @@ class ObservedSurveyFindings(FindingBaseClass):
     """Name of the survey file."""
     doubts: list[str]
     """Doubts about the survey file, such as the unit of its azimuths."""
-    smallest_magnetic_declination_deg: OptionalNumber
+    smallest_magnetic_declination_deg: OptionalNumberOrInfinity
     """Smallest magnetic declination that was added to a direction, east positive; None without directions."""
-    largest_magnetic_declination_deg: OptionalNumber
+    largest_magnetic_declination_deg: OptionalNumberOrInfinity
     """Largest magnetic declination that was added to a direction."""
     all_sites: ObservedFallsFinding
     """All sites together."""

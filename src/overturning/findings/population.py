@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.motion.jma_intensity import (
     ASSUMED_JMA_INTENSITY_ADDED_BY_VERTICAL_MOTION,
     JMA_DEGREE_RANGES_BY_OVERTURNED_FRACTION,
@@ -16,7 +16,7 @@ from overturning.motion.jma_intensity import (
     round_and_truncate_to_published_intensity,
 )
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
-from overturning.study.scenes import NOMINAL_VARIANT
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
 from overturning.surveys.population import jma_intensities_of_scaled_motions
 
 JMA_DEGREES_WITH_INTENSITY_RANGES: Final = (
@@ -48,11 +48,11 @@ class MotionRecordAndEarthquakeCounts(FindingBaseClass):
 class ShareOfMotionsWithInterval(FindingBaseClass):
     """Share of motions that agree with a survey rule, with its 95 % interval over earthquakes."""
 
-    value: OptionalNumber
+    value: OptionalNumberOrInfinity
     """Share."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Lower end of the interval."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Upper end of the interval."""
 
 
@@ -61,7 +61,7 @@ class MedianFallRateAtJmaDegree(FindingBaseClass):
 
     jma_degree: str
     """Degree of the JMA intensity scale, such as "6 lower"."""
-    median_fall_rate: OptionalNumber
+    median_fall_rate: OptionalNumberOrInfinity
     """Median over motions of the share of the stones that fall."""
     count: MotionRecordAndEarthquakeCounts
     """Number of motions of this degree."""
@@ -72,11 +72,11 @@ class JmaIntensityFromFallShareRuleCheck(FindingBaseClass):
 
     rule_fall_rate_lower_limit: float
     """Lower end of the share of the stones that fall."""
-    rule_fall_rate_upper_limit: OptionalNumber
+    rule_fall_rate_upper_limit: OptionalNumberOrInfinity
     """Upper end of the share of the stones that fall; infinite if the rule has no upper end."""
     inferred_jma_degree: str
     """Degree of the JMA scale that the rule infers."""
-    median_jma_intensity_in_fall_rate_range: OptionalNumber
+    median_jma_intensity_in_fall_rate_range: OptionalNumberOrInfinity
     """Median of the instrumental intensity of these motions."""
     count: MotionRecordAndEarthquakeCounts
     """Number of motions with such a share."""
@@ -101,17 +101,17 @@ class FragilityCurve(FindingBaseClass):
     """Intensity measure."""
     unit: str
     """Unit of the intensity measure."""
-    median: OptionalNumber
+    median: OptionalNumberOrInfinity
     """Intensity at which half of the stones fall."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Lower end of the 95 % interval of the median."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Upper end of the 95 % interval of the median."""
-    log_std: OptionalNumber
+    log_std: OptionalNumberOrInfinity
     """Standard deviation of the logarithm of the intensity at which a stone falls."""
-    log_std_between_records: OptionalNumber
+    log_std_between_records: OptionalNumberOrInfinity
     """Part of `log_std` between records; the squares of both parts add up."""
-    log_std_within_record: OptionalNumber
+    log_std_within_record: OptionalNumberOrInfinity
     """Part of `log_std` between stones and their orientations under one record."""
     data_minimum: float
     """Smallest intensity in the data."""
@@ -127,19 +127,19 @@ class PopulationFallRateUnderRecord(FindingBaseClass):
 
     record: str
     """Identifier of the record."""
-    fall_rate: OptionalNumber
+    fall_rate: OptionalNumberOrInfinity
     """Share of the stones that fall."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Lower end of the interval."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Upper end of the interval."""
-    shifted_standing_share_of_all_stones: OptionalNumber
+    shifted_standing_share_of_all_stones: OptionalNumberOrInfinity
     """Share of the stones that stand shifted; None for planar models."""
-    rotated_standing_share_of_all_stones: OptionalNumber
+    rotated_standing_share_of_all_stones: OptionalNumberOrInfinity
     """Share of the stones that stand rotated; None for planar models."""
-    most_frequent_fall_octant_deg: OptionalNumber
+    most_frequent_fall_octant_deg: OptionalNumberOrInfinity
     """Centre of the octant towards which most stones fall; None without falls."""
-    share_falling_towards_most_frequent_octant: OptionalNumber
+    share_falling_towards_most_frequent_octant: OptionalNumberOrInfinity
     """Share of the stones that fall towards this octant."""
 
 
@@ -150,27 +150,27 @@ class StonePopulationFindings(FindingBaseClass):
     """Number of stones of the population."""
     share_fixed: float = 0.0
     """Share of the stones that are fixed to their base and do not fall; shares of the stones count them."""
-    share_outside_grid: OptionalNumber
+    share_outside_grid: OptionalNumberOrInfinity
     """Share of the stones outside the grid of the study, which take the outcome of its nearest block."""
-    mean_share_of_stones_without_outcome: OptionalNumber
+    mean_share_of_stones_without_outcome: OptionalNumberOrInfinity
     """Mean share of the stones without an outcome."""
-    max_share_of_stones_without_outcome: OptionalNumber
+    max_share_of_stones_without_outcome: OptionalNumberOrInfinity
     """Largest share of the stones without an outcome under one record."""
-    max_share_of_stones_without_outcome_at_any_factor: OptionalNumber = 0.0
+    max_share_of_stones_without_outcome_at_any_factor: OptionalNumberOrInfinity = 0.0
     """The same over all amplitude factors of the records."""
-    median_shifted_standing_share_of_all_stones: OptionalNumber
+    median_shifted_standing_share_of_all_stones: OptionalNumberOrInfinity
     """Median share of the stones that stand shifted; None for planar models."""
-    median_rotated_standing_share_of_all_stones: OptionalNumber
+    median_rotated_standing_share_of_all_stones: OptionalNumberOrInfinity
     """Median share of the stones that stand rotated; None for planar models."""
-    median_fall_rate: OptionalNumber
+    median_fall_rate: OptionalNumberOrInfinity
     """Median over records (amplitude 1) of the share of the stones that fall."""
-    lower_quartile_fall_rate: OptionalNumber
+    lower_quartile_fall_rate: OptionalNumberOrInfinity
     """First quartile over records of the share of the stones that fall."""
-    upper_quartile_fall_rate: OptionalNumber
+    upper_quartile_fall_rate: OptionalNumberOrInfinity
     """Third quartile over records of the share of the stones that fall."""
-    smallest_fall_rate: OptionalNumber
+    smallest_fall_rate: OptionalNumberOrInfinity
     """Smallest share of the stones that fall under a record."""
-    largest_fall_rate: OptionalNumber
+    largest_fall_rate: OptionalNumberOrInfinity
     """Largest share of the stones that fall under a record."""
     by_record: list[PopulationFallRateUnderRecord]
     """Fall rate under each record."""
@@ -191,7 +191,7 @@ def population_findings(results: StudyResults) -> StonePopulationFindings | None
     stones = results.study.population
     if stones is None:
         return None
-    found = results.population_rates_by_variant[NOMINAL_VARIANT]
+    found = results.population_rates_by_variant[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS]
     own, jma = found.sel(amplitude=1.0), jma_intensities_of_scaled_motions(found, results.intensity_measures)
     horizontal = results.intensity_measures["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
@@ -259,7 +259,11 @@ def _population_fall_rate_under_record(
     results: StudyResults, record_index_in_cube: int
 ) -> PopulationFallRateUnderRecord:
     """Return the share of the stone population that falls under one record, with its interval."""
-    own = results.population_rates_by_variant[NOMINAL_VARIANT].isel(record=record_index_in_cube).sel(amplitude=1.0)
+    own = (
+        results.population_rates_by_variant[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS]
+        .isel(record=record_index_in_cube)
+        .sel(amplitude=1.0)
+    )
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
     twists = results.model.can_rotate_about_vertical

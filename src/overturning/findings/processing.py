@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.records.doubts import NOTE_PHRASE_BY_DATA_PROBLEM, data_problem_kinds_in_notes
 from overturning.records.record import processing_entry_text
 from overturning.study.cube import record_sources_and_processing_by_id
@@ -29,19 +29,19 @@ class RecordProcessing(FindingBaseClass):
     """Processing steps of the study, with their parameters."""
     first_sample_time: str
     """Time of the first sample, ISO 8601 in UTC; empty if it is not known."""
-    duration_s: OptionalNumber
+    duration_s: OptionalNumberOrInfinity
     """Duration of the processed record, s."""
-    pga_before_m_s2: OptionalNumber
+    pga_before_m_s2: OptionalNumberOrInfinity
     """Larger peak acceleration of north and east before the steps."""
-    pga_after_m_s2: OptionalNumber
+    pga_after_m_s2: OptionalNumberOrInfinity
     """Larger peak acceleration of north and east after the steps."""
-    pgv_before_m_s: OptionalNumber
+    pgv_before_m_s: OptionalNumberOrInfinity
     """Larger peak velocity of north and east before the steps."""
-    pgv_after_m_s: OptionalNumber
+    pgv_after_m_s: OptionalNumberOrInfinity
     """Larger peak velocity of north and east after the steps."""
-    pgd_before_m: OptionalNumber
+    pgd_before_m: OptionalNumberOrInfinity
     """Larger peak displacement of north and east before the steps."""
-    pgd_after_m: OptionalNumber
+    pgd_after_m: OptionalNumberOrInfinity
     """Larger peak displacement of north and east after the steps."""
     user_declared_properties: list[str]
     """Properties of the record that the user declared because its files do not state them."""

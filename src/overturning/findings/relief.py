@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.model.variables import RELIEF_ENSEMBLE_VARIABLES
 from overturning.statistics.by_record import apply_to_record_batches_and_join
 
@@ -21,13 +21,13 @@ class FallSharesByBaseRelief(FindingBaseClass):
     The relief is the height above the lowest point of the base up to which its points bear load.
     """
 
-    midrange_base_relief_mm: OptionalNumber
+    midrange_base_relief_mm: OptionalNumberOrInfinity
     """Relief that divides the runs of a case into two halves, mm."""
-    share_of_low_relief_runs_falling: OptionalNumber
+    share_of_low_relief_runs_falling: OptionalNumberOrInfinity
     """Share of the runs with a lower relief that fall, over the cases that were run again."""
-    share_of_high_relief_runs_falling: OptionalNumber
+    share_of_high_relief_runs_falling: OptionalNumberOrInfinity
     """Share of the runs with a higher relief that fall, over the cases that were run again."""
-    variance_share_explained_by_base_relief: OptionalNumber
+    variance_share_explained_by_base_relief: OptionalNumberOrInfinity
     """Share of the variance of the outcome (1 fall, 0 stand) within ensembles that lies between both halves of runs."""
 
 

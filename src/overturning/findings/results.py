@@ -35,7 +35,12 @@ from overturning.study.cube import (
 )
 from overturning.study.load import load_study
 from overturning.study.recheck import stated_or_computed_hash_of_cube_outcomes
-from overturning.study.scenes import NOMINAL_VARIANT, cube_covers_study_grid, select_outcomes_of_element, variant_scene
+from overturning.study.scenes import (
+    NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
+    cube_covers_study_grid,
+    select_outcomes_of_element,
+    variant_scene,
+)
 from overturning.study.schema import Study
 from overturning.surveys.comparison import StoredSurveyComparison, read_survey_comparison
 from overturning.surveys.displacements import StoredDisplacementComparison
@@ -154,7 +159,7 @@ class StudyResults:
 
         Empty for a scene of one free element.
         """
-        name = NOMINAL_VARIANT
+        name = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
         return self.element_fall_counts_by_variant[name] if "element" in self.cubes_by_variant[name].dims else ()
 
     @cached_property
@@ -226,7 +231,10 @@ class StudyResults:
         The first alignment is over all B/H, those after it over the ranges with these labels.
         """
         ratio = self.reference_element_cube["b_over_h"].to_numpy()
-        count, classes = ratio.size, min(MAX_B_OVER_H_RANGES_FOR_ALIGNMENT, ratio.size) if ratio.size > 1 else 0
+        count, classes = (
+            ratio.size,
+            min(MAX_B_OVER_H_RANGES_OF_REFERENCE_ALIGNMENT, ratio.size) if ratio.size > 1 else 0,
+        )
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
@@ -238,7 +246,11 @@ class StudyResults:
     def fragility_curves(self) -> list[FittedFragilityCurve]:
         """Fitted fragility curves of the study's population of stones; empty without a population."""
         rates, file = self.population_rates_by_variant, self.results_folder / FRAGILITY_CURVES_PATH
-        return fit_or_read_fragility_curves(rates[NOMINAL_VARIANT], self.intensity_measures, file) if rates else []
+        return (
+            fit_or_read_fragility_curves(rates[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS], self.intensity_measures, file)
+            if rates
+            else []
+        )
 
     @cached_property
     def agreement_counts_of_2d_and_3d_outcomes(self) -> xr.Dataset:
@@ -295,7 +307,7 @@ class StudyResults:
 STUDY_KEYS_NOT_AFFECTING_CUBE = ("title", "question", "asks", "language", "primary", "figures", "population", "crate")
 """Settings of a study on which the cube does not depend."""
 
-MAX_B_OVER_H_RANGES_FOR_ALIGNMENT = 3
+MAX_B_OVER_H_RANGES_OF_REFERENCE_ALIGNMENT = 3
 """Number of ranges of B/H for which the alignment with references is computed."""
 
 
@@ -324,7 +336,7 @@ def _check_cube_is_whole_study(cube: xr.Dataset, intensity_measures_by_record: x
 
     All records of the intensity measures must be in the cube, since both are combined by position.
     """
-    if (variant := cube.attrs["variant"]) != NOMINAL_VARIANT:
+    if (variant := cube.attrs["variant"]) != NAME_OF_STUDY_ITSELF_AMONG_VARIANTS:
         raise ResultError(
             f"{cube_path}: results of the variant {variant!r}; name the cube of the study, cube.nc, whose findings "
             "compare the study with its variants"
@@ -352,7 +364,7 @@ def open_study_results(
 
     def open_cube_and_note_name_if_outcomes_changed(variant_name: str) -> xr.Dataset:
         """Open the cube of the study or of a variant; add its name to `changed` if outcomes changed after the run."""
-        path = cube_path if variant_name == NOMINAL_VARIANT else folder / f"cube.{variant_name}.nc"
+        path = cube_path if variant_name == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS else folder / f"cube.{variant_name}.nc"
         outcome_hash = stated_or_computed_hash_of_cube_outcomes(path)
         cube = open_cube_for_reading_by_record(path, element_name=None, motion_amplitude_factor=None)
         stack.callback(cube.close)
@@ -367,7 +379,7 @@ def open_study_results(
 
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
-        nominal = open_cube_and_note_name_if_outcomes_changed(NOMINAL_VARIANT)
+        nominal = open_cube_and_note_name_if_outcomes_changed(NAME_OF_STUDY_ITSELF_AMONG_VARIANTS)
         if not (measures := folder / "intensity.nc").is_file():
             raise ResultError(f"{measures}: no intensity measures; {cube_path.name} must be in its folder of results")
         intensity = stack.enter_context(xr.open_dataset(measures))
@@ -379,7 +391,7 @@ def open_study_results(
         )
         own = {name: getattr(presented, name) for name in STUDY_KEYS_NOT_AFFECTING_CUBE}
         study = study.model_copy(update=own | {"surveys": tuple(named)})
-        whole = {NOMINAL_VARIANT: nominal} | {
+        whole = {NAME_OF_STUDY_ITSELF_AMONG_VARIANTS: nominal} | {
             name: open_cube_and_note_name_if_outcomes_changed(name) for name in study.variants
         }
         cubes = {name: select_recorded_amplitude(cube) for name, cube in whole.items()}
@@ -390,7 +402,9 @@ def open_study_results(
         scaled = nominal.sel(amplitude=nominal.amplitude != 1.0) if "amplitude" in nominal.dims else None
         yield StudyResults(
             study=study,
-            reference_element_cube=_select_default_element(study, NOMINAL_VARIANT, cubes[NOMINAL_VARIANT]),
+            reference_element_cube=_select_default_element(
+                study, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, cubes[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS]
+            ),
             cubes_by_variant=cubes,
             intensity_measures=intensity,
             convergence=read_convergence_result(folder / "convergence.json") if study.verification != "none" else None,
@@ -405,5 +419,7 @@ def open_study_results(
             inferred_motions=tuple(read_inversion_result(file.with_suffix(".motion.nc")) for file in asked),
             results_folder=folder,
             names_of_cubes_changed_after_run=tuple(changed),
-            other_amplitudes_cube=None if scaled is None else _select_default_element(study, NOMINAL_VARIANT, scaled),
+            other_amplitudes_cube=None
+            if scaled is None
+            else _select_default_element(study, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, scaled),
         )

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from overturning.errors import ResultError
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.statistics.bootstrap import exact_share_interval
 from overturning.surveys.standing import (
     FALL_RATE_BOUND_PROBABILITY,
@@ -18,7 +18,7 @@ from overturning.surveys.standing import (
 )
 from overturning.surveys.stones import Stone
 
-MAX_UNREPORTED_FALL_RATE_SHARE_BELOW_HAZARD: Final = 0.01
+MAX_UNREPORTED_FALL_SHARE_BELOW_FIRST_HAZARD_LEVEL: Final = 0.01
 """Share of the falls from shaking below the hazard's first level up to which it is not reported."""
 
 
@@ -27,22 +27,22 @@ class StoneClassSurvival(FindingBaseClass):
 
     stone_class: str
     intensity_measure: str
-    annual_fall_rate_per_stone: OptionalNumber
-    survival_probability: OptionalNumber
+    annual_fall_rate_per_stone: OptionalNumberOrInfinity
+    survival_probability: OptionalNumberOrInfinity
     """Probability that a stone stands for the exposure time, with its 95 % interval."""
-    survival_probability_low: OptionalNumber
-    survival_probability_high: OptionalNumber
-    surviving_share_with_constant_deviations: OptionalNumber
+    survival_probability_low: OptionalNumberOrInfinity
+    survival_probability_high: OptionalNumberOrInfinity
+    surviving_share_with_constant_deviations: OptionalNumberOrInfinity
     """Share of the class that stands if the deviation of each stone from its class is constant."""
-    share_of_falls_from_shaking_beyond_records: OptionalNumber
+    share_of_falls_from_shaking_beyond_records: OptionalNumberOrInfinity
     """Share of the falls that come from shaking beyond the records."""
-    hazard_factor_upper_bound: OptionalNumber
+    hazard_factor_upper_bound: OptionalNumberOrInfinity
     """Upper bound of a factor on the hazard from standing stones; None without a bound."""
-    share_of_stones_falling_at_lowest_hazard_level: OptionalNumber
+    share_of_stones_falling_at_lowest_hazard_level: OptionalNumberOrInfinity
     """Share of the stones that fall at the first level of the hazard; None if weaker shaking is negligible."""
     lowest_hazard_level: float
     intensity_unit: str
-    annual_fall_rate_below_first_hazard_level: OptionalNumber
+    annual_fall_rate_below_first_hazard_level: OptionalNumberOrInfinity
     """Falls from shaking down to a tenth of the first level, if the fragility curve holds there."""
 
 
@@ -61,13 +61,13 @@ class SurveyStandingCountsAndAnnualFallRateBound(FindingBaseClass):
     stood: int
     fell: int
     total: int
-    fall_rate_upper_bound_per_year: OptionalNumber
+    fall_rate_upper_bound_per_year: OptionalNumberOrInfinity
     """Upper bound of the rate of falls if none fell; otherwise None."""
     confidence_of_fall_rate_bound: float
-    standing_share: OptionalNumber
+    standing_share: OptionalNumberOrInfinity
     """Share that stands, with its exact binomial 95 % interval."""
-    standing_share_low: OptionalNumber
-    standing_share_high: OptionalNumber
+    standing_share_low: OptionalNumberOrInfinity
+    standing_share_high: OptionalNumberOrInfinity
 
 
 class StoneSurvivalUnderHazardFindings(FindingBaseClass):
@@ -147,7 +147,7 @@ def _survival_finding_of_stone_class(
     """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
     curve, hazard, one = survival.curves_with_standing_probabilities[stone_class_index]
     weaker = annual_fall_rate_below_lowest_hazard_level(curve, hazard)
-    counts = weaker > MAX_UNREPORTED_FALL_RATE_SHARE_BELOW_HAZARD * one.annual_fall_rate_per_stone
+    counts = weaker > MAX_UNREPORTED_FALL_SHARE_BELOW_FIRST_HAZARD_LEVEL * one.annual_fall_rate_per_stone
     return StoneClassSurvival(
         stone_class=one.stone_class,
         intensity_measure=one.intensity_measure,

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.findings.processing import RecordProcessing, source_processing_and_notes_by_record_id
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.model.status import CaseStatus
 from overturning.model.variables import mask_of_known_outcomes
 from overturning.statistics.by_record import record_masks_by_group
@@ -81,11 +81,11 @@ class CaseCountsAndOverturnedShares(FindingBaseClass):
     """Number of further cases, at other amplitude factors than 1; no other number here counts them."""
     other_amplitude_cases_without_outcome: int = 0
     """Number of these further cases without an outcome."""
-    share_overturned: OptionalNumber
+    share_overturned: OptionalNumberOrInfinity
     """Share of the cases with an outcome that overturn."""
-    overturned_share_in_azimuths_near_fault_normal: OptionalNumber
+    overturned_share_in_azimuths_near_fault_normal: OptionalNumberOrInfinity
     """Share of the cases that overturn, azimuths within 45° of the fault normal; None without a fault or in space."""
-    overturned_share_in_azimuths_near_fault_strike: OptionalNumber
+    overturned_share_in_azimuths_near_fault_strike: OptionalNumberOrInfinity
     """Share of the cases that overturn, azimuths more than 45° from the fault normal."""
 
 
@@ -102,38 +102,38 @@ class RecordPeaksAndFallDirection(FindingBaseClass):
     """Group in which the record is counted; empty if it is not stated whether the record has a pulse."""
     has_velocity_pulse: bool | None
     """True if the record has a velocity pulse; None if it is not stated."""
-    fault_normal_deg: OptionalNumber
+    fault_normal_deg: OptionalNumberOrInfinity
     """Azimuth of the fault normal; None if it is not known."""
-    pga_m_s2: OptionalNumber
+    pga_m_s2: OptionalNumberOrInfinity
     """Largest horizontal peak acceleration over the azimuths of the study."""
-    pga_azimuth_deg: OptionalNumber
+    pga_azimuth_deg: OptionalNumberOrInfinity
     """Axis of this peak, 0 to 180."""
-    pga_g: OptionalNumber
+    pga_g: OptionalNumberOrInfinity
     """The same in units of the standard acceleration of gravity."""
-    pgv_m_s: OptionalNumber
+    pgv_m_s: OptionalNumberOrInfinity
     """Largest horizontal peak velocity over the azimuths of the study."""
-    pgv_cm_s: OptionalNumber
-    pgv_azimuth_deg: OptionalNumber
+    pgv_cm_s: OptionalNumberOrInfinity
+    pgv_azimuth_deg: OptionalNumberOrInfinity
     """Axis of this peak, 0 to 180."""
-    pgd_m: OptionalNumber
+    pgd_m: OptionalNumberOrInfinity
     """Largest horizontal peak displacement over the azimuths of the study."""
-    vertical_pga_m_s2: OptionalNumber
+    vertical_pga_m_s2: OptionalNumberOrInfinity
     """Peak vertical acceleration; None without a vertical component."""
     displacement_drifts: bool
     """True if the integrated displacement drifts, so that `pgd_m` is not a ground displacement."""
-    share_overturned: OptionalNumber
+    share_overturned: OptionalNumberOrInfinity
     """Share of the cases with an outcome that overturn."""
     too_weak_to_move_any_block: bool
     """True if the record is too weak to move any block of the study."""
-    mean_fall_direction_deg: OptionalNumber
+    mean_fall_direction_deg: OptionalNumberOrInfinity
     """Mean fall direction; None if its resultant is too small."""
-    fall_direction_resultant_length: OptionalNumber
+    fall_direction_resultant_length: OptionalNumberOrInfinity
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
-    mean_fall_axis_deg: OptionalNumber
+    mean_fall_axis_deg: OptionalNumberOrInfinity
     """Mean fall axis, 0 to 180; None if its resultant is too small."""
-    fall_axis_resultant: OptionalNumber
+    fall_axis_resultant: OptionalNumberOrInfinity
     """Length of the mean of the doubled fall axes as unit vectors, 0 to 1."""
-    fall_axis_to_fault_normal_angle_deg: OptionalNumber
+    fall_axis_to_fault_normal_angle_deg: OptionalNumberOrInfinity
     """Angle between the mean fall axis and the fault normal, 0 to 90."""
     processing: RecordProcessing | None
     """Origin, processing and notes of the record; None if the cube does not state them."""
@@ -142,11 +142,11 @@ class RecordPeaksAndFallDirection(FindingBaseClass):
 class EnergyErrorPenetrationAndSoftwareVersions(FindingBaseClass):
     """Energy error and contact penetration of the cases, hash of the results cube, and software versions."""
 
-    mean_energy_error_share_of_input: OptionalNumber
+    mean_energy_error_share_of_input: OptionalNumberOrInfinity
     """Mean error of the energy balance over simulated cells, as a share of the input."""
-    largest_energy_error_share_of_input: OptionalNumber
+    largest_energy_error_share_of_input: OptionalNumberOrInfinity
     """Largest such error."""
-    largest_penetration_m: OptionalNumber
+    largest_penetration_m: OptionalNumberOrInfinity
     """Largest penetration of a contact, m."""
     results_cube_sha256: str
     """SHA-256 hash of the content of the cube."""

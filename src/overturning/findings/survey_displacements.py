@@ -6,7 +6,7 @@ from pydantic import Field
 
 from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveySiteSoilAmplification, soil_findings_of_survey_sites
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
 from overturning.surveys.displacements import (
@@ -23,11 +23,11 @@ from overturning.units import CM
 class ObservedShareOrMedianWithInterval(FindingBaseClass):
     """Observed share or median of a survey's stones, with its exact 95 % interval."""
 
-    value: OptionalNumber
+    value: OptionalNumberOrInfinity
     """Share or median; None without stones."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Lower end of the interval; None without stones, and for a median of fewer than six stones."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Upper end of the interval."""
     level: float = 0.95
     """Probability of the interval."""
@@ -36,11 +36,11 @@ class ObservedShareOrMedianWithInterval(FindingBaseClass):
 class ShareOrMedianWithRangeOverFrictions(FindingBaseClass):
     """Computed share or median of stones: mean and range over the friction coefficients of the study."""
 
-    value: OptionalNumber
+    value: OptionalNumberOrInfinity
     """Mean over frictions; None if nothing of the kind was computed."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Smallest value of a friction; None if the study has one friction."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Largest value of a friction; None if the study has one friction."""
 
 
@@ -60,21 +60,21 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
 
     falls_in_known_direction: int
     """Number of stones that fell in a known direction."""
-    observed_mean_direction_deg: OptionalNumber
+    observed_mean_direction_deg: OptionalNumberOrInfinity
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    observed_fall_direction_resultant_length: OptionalNumber
+    observed_fall_direction_resultant_length: OptionalNumberOrInfinity
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
-    predicted_mean_direction_deg: OptionalNumber
+    predicted_mean_direction_deg: OptionalNumberOrInfinity
     """Mean of the predicted directions of these stones; None if they have no common direction."""
-    predicted_fall_direction_resultant_length: OptionalNumber
+    predicted_fall_direction_resultant_length: OptionalNumberOrInfinity
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
-    observed_falls_by_octant: dict[str, OptionalNumber]
+    observed_falls_by_octant: dict[str, OptionalNumberOrInfinity]
     """Number of fallen stones in each octant of fall direction; a direction between two (NNE) counts in both."""
-    predicted_falls_by_octant: dict[str, OptionalNumber]
+    predicted_falls_by_octant: dict[str, OptionalNumberOrInfinity]
     """Predicted number of fallen stones in each octant."""
-    log_likelihood_ratio: OptionalNumber
+    log_likelihood_ratio: OptionalNumberOrInfinity
     """Sum over these stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
-    likelihood_ratio_p_value_if_directions_random: OptionalNumber
+    likelihood_ratio_p_value_if_directions_random: OptionalNumberOrInfinity
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
     known_direction_falls_without_any_computed_fall: int
     """Falls of stones like which none falls in the study; their predicted direction is random."""

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from overturning.findings.observed import ObservedStoneShare, observed_stone_share_with_interval
 from overturning.findings.results import StudyResults
-from overturning.findings.values import FindingBaseClass, OptionalNumber
+from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.surveys.comparison import StoredSurveyComparison, SurveyPredictionComparison
 from overturning.surveys.ground import SoilBelowSurveySite
@@ -23,9 +23,9 @@ class StatisticalTestFinding(FindingBaseClass):
     """Name of the test."""
     sample_size: int
     """Number of stones."""
-    statistic: OptionalNumber
+    statistic: OptionalNumberOrInfinity
     """Test statistic."""
-    p_value: OptionalNumber
+    p_value: OptionalNumberOrInfinity
     """p-value."""
 
 
@@ -35,11 +35,11 @@ class FallShareWithRangeOverHeightsAndFrictions(FindingBaseClass):
     These are the heights and friction coefficients for which the study has simulated blocks.
     """
 
-    value: OptionalNumber
+    value: OptionalNumberOrInfinity
     """Mean over the grid; None if no outcome is known."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Smallest share of a height and friction; None if the share is the same for all of them."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Largest share of a height and friction; None if the share is the same for all of them."""
 
 
@@ -48,9 +48,9 @@ class SurveySiteSoilAmplification(FindingBaseClass):
 
     site: str
     """Name of the site; empty for all sites of the survey that have no layers of their own."""
-    soil_thickness_m: OptionalNumber
+    soil_thickness_m: OptionalNumberOrInfinity
     """Thickness of all layers, m."""
-    mean_shear_wave_velocity_m_s: OptionalNumber
+    mean_shear_wave_velocity_m_s: OptionalNumberOrInfinity
     """Mean shear-wave velocity of the layers: thickness over travel time, m/s."""
     has_equivalent_linear_layer: bool
     """True if a layer softens with strain."""
@@ -58,9 +58,9 @@ class SurveySiteSoilAmplification(FindingBaseClass):
     """False if the equivalent-linear computation did not converge."""
     strain_exceeds_curve: bool
     """True if the effective strain of a layer exceeds the largest strain of its curve."""
-    rock_pga_g: OptionalNumber
+    rock_pga_g: OptionalNumberOrInfinity
     """Peak acceleration of the larger horizontal component of the record, g."""
-    surface_pga_g: OptionalNumber
+    surface_pga_g: OptionalNumberOrInfinity
     """Peak acceleration of the larger horizontal component at the surface, g."""
 
 
@@ -79,9 +79,9 @@ class SurveySitePredictionFindings(FindingBaseClass):
     """Share of the stones that fell; None if no stone that stood is listed."""
     computed_fall_share: FallShareWithRangeOverHeightsAndFrictions
     """Share computed for the stones of the site under the record of the survey."""
-    log_likelihood_ratio: OptionalNumber
+    log_likelihood_ratio: OptionalNumberOrInfinity
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than random directions."""
-    likelihood_ratio_p_value_if_directions_random: OptionalNumber
+    likelihood_ratio_p_value_if_directions_random: OptionalNumberOrInfinity
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
 
 
@@ -108,13 +108,13 @@ class SurveyPredictionFindings(FindingBaseClass):
     """Number of falls whose direction is known."""
     has_few_falls_in_known_direction: bool
     """True if some falls have a known direction, but fewer than 40, five to an octant."""
-    observed_mean_direction_deg: OptionalNumber
+    observed_mean_direction_deg: OptionalNumberOrInfinity
     """Mean fall direction; None if the falls show no common direction (p > 0.05)."""
-    observed_fall_direction_resultant_length: OptionalNumber
+    observed_fall_direction_resultant_length: OptionalNumberOrInfinity
     """Length of the mean of the fall directions as unit vectors, 0 to 1."""
-    predicted_mean_direction_deg: OptionalNumber
+    predicted_mean_direction_deg: OptionalNumberOrInfinity
     """Mean of the predicted directions of the stones that fell; None if they have no common direction."""
-    predicted_fall_direction_resultant_length: OptionalNumber
+    predicted_fall_direction_resultant_length: OptionalNumberOrInfinity
     """Length of the mean of the predicted directions as unit vectors, 0 to 1."""
     observed_fall_share: ObservedStoneShare | None
     """Share of the stones that fell; None if the survey lists no stone that stood, and thus perhaps only the fallen.
@@ -130,13 +130,13 @@ class SurveyPredictionFindings(FindingBaseClass):
     values). A stone without B/H has the mean over all B/H of the grid, one without height the mean over all heights,
     and one without face the mean over all azimuths. `assumed_random_direction_share` is not included.
     """
-    observed_falls_by_octant: dict[str, OptionalNumber]
+    observed_falls_by_octant: dict[str, OptionalNumberOrInfinity]
     """Number of fallen stones in each octant of fall direction; a direction between two (NNE) counts in both."""
-    predicted_falls_by_octant: dict[str, OptionalNumber]
+    predicted_falls_by_octant: dict[str, OptionalNumberOrInfinity]
     """Predicted number of fallen stones in each octant."""
-    log_likelihood_ratio: OptionalNumber
+    log_likelihood_ratio: OptionalNumberOrInfinity
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
-    likelihood_ratio_p_value_if_directions_random: OptionalNumber
+    likelihood_ratio_p_value_if_directions_random: OptionalNumberOrInfinity
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
     goodness_of_fit_tests: list[StatisticalTestFinding]
     """Tests of the agreement of observed and predicted directions."""
@@ -198,7 +198,7 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
     """Return the report's numbers on one survey: its comparison with the falls predicted for its site."""
     found, confusion = stored_survey_comparison.comparison, stored_survey_comparison.comparison.confusion_matrix
 
-    def stone_counts_by_octant(stone_counts_in_octant_order: list[float]) -> dict[str, OptionalNumber]:
+    def stone_counts_by_octant(stone_counts_in_octant_order: list[float]) -> dict[str, OptionalNumberOrInfinity]:
         """Return numbers of stones by name of the compass octant, given in the order of `OCTANTS`."""
         return dict(zip(OCTANTS, stone_counts_in_octant_order, strict=True))
 

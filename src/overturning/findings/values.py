@@ -20,7 +20,7 @@ def _infinity_to_text(number_or_none: float | None) -> float | str | None:
     return f"{number_or_none}" if number_or_none is not None and math.isinf(number_or_none) else number_or_none
 
 
-OptionalNumber = Annotated[
+OptionalNumberOrInfinity = Annotated[
     float | None,
     BeforeValidator(_convert_to_python_number_or_none),
     PlainSerializer(_infinity_to_text, when_used="json"),
@@ -39,11 +39,11 @@ class Estimate(FindingBaseClass):
 
     statistic: str
     """Quantity that is estimated."""
-    value: OptionalNumber
+    value: OptionalNumberOrInfinity
     """Estimate; None if it is not defined."""
-    low: OptionalNumber
+    low: OptionalNumberOrInfinity
     """Lower end of the interval; None if there are too few earthquakes for an interval."""
-    high: OptionalNumber
+    high: OptionalNumberOrInfinity
     """Upper end of the interval; None if there are too few earthquakes for an interval."""
     level: float = 0.95
     """Probability of the interval."""

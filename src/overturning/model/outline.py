@@ -15,7 +15,7 @@ MAX_HULL_REFINEMENT_ROUNDS: Final = 60
 STEEP_FACET_MIN_NORMAL_Z: Final = -np.cos(np.radians(45.0))
 """Vertical component of the outward normal above which a facet of a body touches the ground only when it falls."""
 
-STEEP_FACET_TOLERANCE_FACTOR: Final = 8.0
+HULL_TOLERANCE_FACTOR_FOR_STEEP_FACETS: Final = 8.0
 """Factor on the tolerance of steep facets: a body that touches with them has passed its point of balance."""
 
 
@@ -32,7 +32,7 @@ def simplified_convex_hull_vertices(
         Points, m, that do not lie on one line or in one plane.
     max_distance_from_simplified_hull : float
         Largest distance of a point from the returned hull, m; 0 for all vertices of the hull. In 3-D, it is larger by
-        `STEEP_FACET_TOLERANCE_FACTOR` for facets that are steeper than 45° or face up.
+        `HULL_TOLERANCE_FACTOR_FOR_STEEP_FACETS` for facets that are steeper than 45° or face up.
     always_kept_point_indices : ndarray of int, optional
         Indices of points that are part of the outline in any case.
 
@@ -63,7 +63,9 @@ def simplified_convex_hull_vertices(
             return kept[hull.vertices]
         candidates, beyond = candidates[outside], beyond[outside]
         if points.shape[1] == 3:
-            beyond /= np.where(hull.equations[:, 2] > STEEP_FACET_MIN_NORMAL_Z, STEEP_FACET_TOLERANCE_FACTOR, 1.0)
+            beyond /= np.where(
+                hull.equations[:, 2] > STEEP_FACET_MIN_NORMAL_Z, HULL_TOLERANCE_FACTOR_FOR_STEEP_FACETS, 1.0
+            )
         farthest = beyond.max(axis=0)
         if not (farthest > max_distance_from_simplified_hull).any():
             return kept[hull.vertices]

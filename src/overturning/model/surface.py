@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO: Final = 0.01
+MAX_OPEN_BASE_RIM_DEVIATION_TO_SIZE_RATIO: Final = 0.01
 """Largest distance of the rim of an open base from its plane, as a share of the body's size."""
 
 MIN_COSINE_OF_OPEN_BASE_INCLINATION: Final = np.cos(np.radians(45.0))
@@ -18,7 +18,7 @@ MIN_COSINE_OF_OPEN_BASE_INCLINATION: Final = np.cos(np.radians(45.0))
 MAX_OPEN_EDGES_IN_MESSAGE: Final = 3
 """Largest number of open edges that an error message lists."""
 
-MAX_ANGLE_OF_COINCIDENT_FACES_RAD: Final = 1e-6
+MAX_ANGLE_OF_OVERLAPPING_FACES_AT_EDGE_RAD: Final = 1e-6
 """Angle between two faces below which they coincide, rad; coordinates in single precision are rounded to 10⁻⁷."""
 
 
@@ -230,7 +230,7 @@ def _triangle_pairs_of_same_solid_at_edge(
     pairs = []
     for one in np.flatnonzero(with_axis):
         # The solid lies clockwise of a triangle that has the edge in the sense of the axis.
-        turn = (angle[one] - angle[~with_axis] - MAX_ANGLE_OF_COINCIDENT_FACES_RAD) % (2.0 * np.pi)
+        turn = (angle[one] - angle[~with_axis] - MAX_ANGLE_OF_OVERLAPPING_FACES_AT_EDGE_RAD) % (2.0 * np.pi)
         if turn.size:
             pairs.append((triangle_indices_at_edge[one], triangle_indices_at_edge[~with_axis][turn.argmin()]))
     return np.array(pairs, np.int64).reshape(-1, 2)
@@ -251,11 +251,11 @@ def _close_base_and_measure_rim_flatness(
     normal = area / length if length > 0.0 else np.zeros(3)
     deviation = float(np.abs((rim - centre) @ normal).max()) if length > 0.0 else np.inf
     below = np.abs(normal[2]) >= MIN_COSINE_OF_OPEN_BASE_INCLINATION and _plane_is_below_points(
-        points, centre, normal, MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO * size
+        points, centre, normal, MAX_OPEN_BASE_RIM_DEVIATION_TO_SIZE_RATIO * size
     )
     # An edge twice without its reverse belongs to a face of the wrong sense.
     single = len(np.unique(directed_open_edges, axis=0)) == len(directed_open_edges)
-    if not (deviation <= MAX_RIM_DEVIATION_FROM_PLANE_TO_SIZE_RATIO * size and below and single):
+    if not (deviation <= MAX_OPEN_BASE_RIM_DEVIATION_TO_SIZE_RATIO * size and below and single):
         first = ", ".join(
             f"{one.round(4).tolist()} to {other.round(4).tolist()}" for one, other in rim[:MAX_OPEN_EDGES_IN_MESSAGE]
         )

@@ -15,7 +15,7 @@ from overturning.model.status import CaseStatus
 INT8_MISSING: Final = -128
 """Fill value of int8 variables."""
 
-MAX_NUMBERED_FACES: Final = 127
+MAX_FACE_COUNT_OF_BODY_WITH_NUMBERED_FACES: Final = 127
 """Largest number of sides of a body whose sides are numbered in an outcome (int8); a scan may have more facets."""
 
 INT16_MISSING: Final = -32768

@@ -9,7 +9,7 @@ from numba import njit
 from overturning.arrays import FloatArray
 from overturning.kernel_cache import cache_compiled_kernel
 
-_AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST: Final = 18
+_AZIMUTH_COUNT_TESTED_TOGETHER_PER_SAMPLE: Final = 18
 """Number of azimuths that one test of a sample covers."""
 
 _BOUND_FACTOR_FOR_ROUNDING: Final = 1.0 - 1e-9
@@ -61,11 +61,11 @@ def _middle_cosines_and_max_sine_of_azimuth_groups(north_east_cosines_by_azimuth
 
     The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).
     """
-    table = np.zeros((-(-len(north_east_cosines_by_azimuth) // _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST), 4))
+    table = np.zeros((-(-len(north_east_cosines_by_azimuth) // _AZIMUTH_COUNT_TESTED_TOGETHER_PER_SAMPLE), 4))
     for row, first in zip(
-        table, range(0, len(north_east_cosines_by_azimuth), _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST), strict=True
+        table, range(0, len(north_east_cosines_by_azimuth), _AZIMUTH_COUNT_TESTED_TOGETHER_PER_SAMPLE), strict=True
     ):
-        group = north_east_cosines_by_azimuth[first : first + _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST]
+        group = north_east_cosines_by_azimuth[first : first + _AZIMUTH_COUNT_TESTED_TOGETHER_PER_SAMPLE]
         row[:2] = group[len(group) // 2]
         row[2] = np.abs(row[0] * group[:, 1] - row[1] * group[:, 0]).max()
     return table
@@ -121,8 +121,8 @@ def _update_largest_filtered_motion(
             ):
                 lowest = math.inf
                 for k in range(
-                    group * _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST,
-                    min((group + 1) * _AZIMUTHS_COVERED_BY_ONE_SAMPLE_TEST, count),
+                    group * _AZIMUTH_COUNT_TESTED_TOGETHER_PER_SAMPLE,
+                    min((group + 1) * _AZIMUTH_COUNT_TESTED_TOGETHER_PER_SAMPLE, count),
                 ):
                     largest_absolute_value_by_azimuth_in_place[k] = max(
                         largest_absolute_value_by_azimuth_in_place[k],

@@ -18,7 +18,7 @@ from overturning.records.formats.table import (
 )
 from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, unpack_archive
 
-EXTENSIONS_OF_TABLES_AND_TEXTS_IN_ARCHIVES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
+ARCHIVE_EXTENSIONS_SKIPPED_IF_FORMAT_UNKNOWN: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 """Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
 
 
@@ -86,7 +86,7 @@ def _unpacked_files_with_their_archives(
 
 def _is_table_of_unknown_format(archive_member: SourceFile) -> bool:
     """Return True if an archive member has the extension of a table (such as .csv) but no known record format."""
-    return archive_member.extension in EXTENSIONS_OF_TABLES_AND_TEXTS_IN_ARCHIVES and not has_known_format(
+    return archive_member.extension in ARCHIVE_EXTENSIONS_SKIPPED_IF_FORMAT_UNKNOWN and not has_known_format(
         archive_member
     )
 

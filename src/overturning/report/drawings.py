@@ -37,7 +37,7 @@ from overturning.findings.surveys import SurveyPredictionFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.study.cube import default_height_and_friction_of_figures
-from overturning.study.scenes import NOMINAL_VARIANT, variant_scene
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant_scene
 from overturning.surveys.population import jma_intensities_of_scaled_motions, motion_intensities_by_measure
 from overturning.surveys.posterior import SurveyInversionResult
 from overturning.surveys.stones import OCTANTS
@@ -343,7 +343,7 @@ def _draw_polar_fall_maps(results: StudyResults, findings: Findings) -> "Figure"
 
 def _draw_population_fall_rates(results: StudyResults) -> "Figure":
     """Draw the fraction of a study's stone population that falls, by peak velocity and by JMA intensity."""
-    fall_rates = results.population_rates_by_variant[NOMINAL_VARIANT]
+    fall_rates = results.population_rates_by_variant[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS]
     curve = next(
         one
         for one in results.fragility_curves
@@ -363,7 +363,7 @@ def _draw_population_fall_rates(results: StudyResults) -> "Figure":
 
 def _draw_fragility_curves(results: StudyResults) -> "Figure":
     """Draw the fragility curves of a study's stone population by PGA, PGV and SA(T), with the fall rates."""
-    fall_rates = results.population_rates_by_variant[NOMINAL_VARIANT]
+    fall_rates = results.population_rates_by_variant[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS]
     curves = [one for one in results.fragility_curves if one.stone_class == "all stones" and one.measure != "PGV/PGA"]
     levels = motion_intensities_by_measure(fall_rates, results.intensity_measures)
     return fragility_curves_figure(fall_rates["free_fall_rate"].to_numpy(), levels, curves)

@@ -30,7 +30,7 @@ ROSE_SECTOR_COUNT: Final = 24
 SIMULATED_SECTOR_COUNTS_PER_P_VALUE: Final = 20_000
 """Number of random draws for a simulated p-value."""
 
-RANDOM_ROTATIONS_PER_P_VALUE: Final = 4_999
+RANDOM_ROTATION_SETS_PER_RAYLEIGH_TEST: Final = 4_999
 """Number of random rotations in the `rayleigh_test_by_random_rotation`."""
 
 
@@ -136,11 +136,11 @@ def _random_rotations(
 ) -> NDArray[np.complex128]:
     """Draw uniformly distributed rotations, as unit complex numbers.
 
-    The shape is (`RANDOM_ROTATIONS_PER_P_VALUE`, `vector_count`). Each angle of rotation is rounded to the step of its
-    vector, one of `rotation_rounding_step_rad_by_vector`, unless the step is 0.
+    The shape is (`RANDOM_ROTATION_SETS_PER_RAYLEIGH_TEST`, `vector_count`). Each angle of rotation is rounded to the
+    step of its vector, one of `rotation_rounding_step_rad_by_vector`, unless the step is 0.
     """
     angles = np.random.Generator(np.random.PCG64(1)).uniform(
-        0.0, 2 * math.pi, size=(RANDOM_ROTATIONS_PER_P_VALUE, vector_count)
+        0.0, 2 * math.pi, size=(RANDOM_ROTATION_SETS_PER_RAYLEIGH_TEST, vector_count)
     )
     step = np.array(rotation_rounding_step_rad_by_vector or (0.0,))
     rounded = np.round(angles / np.where(step > 0.0, step, 1.0)) * step
@@ -187,7 +187,7 @@ def rayleigh_test_by_random_rotation(
     drawn = np.abs(rotated_sums) / n
     extreme = int((drawn >= statistic - 1e-12).sum())
     return StatisticalTestResult(
-        "randomised Rayleigh", n, statistic, (1 + extreme) / (1 + RANDOM_ROTATIONS_PER_P_VALUE)
+        "randomised Rayleigh", n, statistic, (1 + extreme) / (1 + RANDOM_ROTATION_SETS_PER_RAYLEIGH_TEST)
     )
 
 

@@ -29,7 +29,7 @@ MIN_VISIBLE_TWIST_DEG: Final = 0.1
 MAX_PLANE_ANGLE_TO_FAULT_OR_NORMAL_DEG: Final = 22.5
 """Largest angle between a plane and the fault normal (or the fault) that it represents, degrees."""
 
-MAX_FALL_ANGLE_FROM_CORNER_DEG: Final = 10.0
+MAX_FALL_ANGLE_FROM_FACE_BISECTOR_DEG: Final = 10.0
 """Largest angle between a fall over a corner and the bisector of the normals of its two faces, degrees."""
 
 COSINE_ROUNDING_ERROR: Final = 1e-9
@@ -109,7 +109,7 @@ def _stoutest_falling_case(record_cube: xr.Dataset, eligible_case_mask: xr.DataA
 
 def _stoutest_case_falling_over_corner(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
     off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
-    return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_FALL_ANGLE_FROM_CORNER_DEG)
+    return _stoutest_falling_case(record_cube, abs(off - 45.0) < MAX_FALL_ANGLE_FROM_FACE_BISECTOR_DEG)
 
 
 def _find_case_falling_along_normal_not_along_fault(record_cube: xr.Dataset) -> BestExampleCaseOfRecord | None:
@@ -181,7 +181,8 @@ ILLUSTRATIVE_CASE_RULES: Final = (
     ),
     IllustrativeCaseRule(
         "Falls over a corner",
-        f"the broadest block whose fall lies within {MAX_FALL_ANGLE_FROM_CORNER_DEG:g}° of the middle between the "
+        f"the broadest block whose fall lies within {MAX_FALL_ANGLE_FROM_FACE_BISECTOR_DEG:g}° of the middle between "
+        f"the "
         "normals of two faces",
         _stoutest_case_falling_over_corner,
         ("plane_overturned", "fall_azimuth"),

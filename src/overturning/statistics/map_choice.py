@@ -12,7 +12,12 @@ from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 MAX_REPORT_MAPS = 4
 """Largest number of maps."""
 
-ALL_RECORDS_SHOWN_REASON, MOST_ALIGNED_REASON, MEDIAN_ALIGNMENT_REASON, LEAST_ALIGNED_REASON = (
+(
+    ALL_RECORDS_SHOWN_REASON,
+    FALLS_MOST_ALIGNED_WITH_FAULT_NORMAL_REASON,
+    MEDIAN_FAULT_NORMAL_ALIGNMENT_REASON,
+    FALLS_LEAST_ALIGNED_WITH_FAULT_NORMAL_REASON,
+) = (
     "every record",
     "most aligned",
     "median",
@@ -20,10 +25,10 @@ ALL_RECORDS_SHOWN_REASON, MOST_ALIGNED_REASON, MEDIAN_ALIGNMENT_REASON, LEAST_AL
 )
 """Reasons for a choice: all records of a small study, or the place in the order of the alignment."""
 
-CLEAREST_AXIS_REASON = "clearest axis"
+BEST_MUTUAL_AGREEMENT_OF_FALLS_REASON = "clearest axis"
 """Reason for the record whose falls agree best with each other, whatever the fault normal."""
 
-FIRST_WITH_FALLS_REASON = "first with falls"
+FIRST_RECORDS_WITH_FALLS_REASON = "first with falls"
 """Reason for the first records with falls, where the falls of no record have an axis."""
 
 
@@ -77,14 +82,14 @@ def choose_records_for_report_maps(
         middle = len(by_alignment) // 2
         nearest = sorted(range(len(by_alignment)), key=lambda rank: (abs(rank - middle), rank))
         wanted += [
-            (MOST_ALIGNED_REASON, by_alignment),
-            (LEAST_ALIGNED_REASON, by_alignment[::-1]),
-            (MEDIAN_ALIGNMENT_REASON, [by_alignment[rank] for rank in nearest]),
+            (FALLS_MOST_ALIGNED_WITH_FAULT_NORMAL_REASON, by_alignment),
+            (FALLS_LEAST_ALIGNED_WITH_FAULT_NORMAL_REASON, by_alignment[::-1]),
+            (MEDIAN_FAULT_NORMAL_ALIGNMENT_REASON, [by_alignment[rank] for rank in nearest]),
         ]
     last = (
-        (CLEAREST_AXIS_REASON, clear)
+        (BEST_MUTUAL_AGREEMENT_OF_FALLS_REASON, clear)
         if clear
-        else (FIRST_WITH_FALLS_REASON, np.flatnonzero(members & (overturned_share_by_record > 0)).tolist())
+        else (FIRST_RECORDS_WITH_FALLS_REASON, np.flatnonzero(members & (overturned_share_by_record > 0)).tolist())
     )
     wanted += [last] * (MAX_REPORT_MAPS - len(wanted))
     chosen: list[RecordChosenForReportMap] = []
@@ -94,11 +99,11 @@ def choose_records_for_report_maps(
         if place is not None:
             chosen.append(RecordChosenForReportMap(place, reason))
     reasons = (
-        MOST_ALIGNED_REASON,
-        MEDIAN_ALIGNMENT_REASON,
-        LEAST_ALIGNED_REASON,
-        CLEAREST_AXIS_REASON,
-        FIRST_WITH_FALLS_REASON,
+        FALLS_MOST_ALIGNED_WITH_FAULT_NORMAL_REASON,
+        MEDIAN_FAULT_NORMAL_ALIGNMENT_REASON,
+        FALLS_LEAST_ALIGNED_WITH_FAULT_NORMAL_REASON,
+        BEST_MUTUAL_AGREEMENT_OF_FALLS_REASON,
+        FIRST_RECORDS_WITH_FALLS_REASON,
     )
     return sorted(chosen, key=lambda one: reasons.index(one.reason_for_choice))
 

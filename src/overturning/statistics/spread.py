@@ -11,10 +11,10 @@ from overturning.arrays import FloatArray
 from overturning.settings import EnsembleSettings
 from overturning.study.ensemble import MEMBERS_PER_BATCH, mask_of_narrow_fall_share_intervals
 
-MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION: Final = 128
+MAX_ENSEMBLE_RUNS_TO_ENUMERATE_STOPPING_ORDERS: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
 
-_CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1: Final = MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION + MEMBERS_PER_BATCH + 1
+_CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1: Final = MAX_ENSEMBLE_RUNS_TO_ENUMERATE_STOPPING_ORDERS + MEMBERS_PER_BATCH + 1
 
 RunCountArray = NDArray[np.intp]
 
@@ -75,7 +75,7 @@ def average_first_batch_statistic_over_run_orders(
     -------
     ndarray, of that shape
         NaN if the cell was not run. Averaged over all orders, without regard to stopping, if the outcome of a run is
-        unknown, or with more than `MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION` runs, for which the difference is
+        unknown, or with more than `MAX_ENSEMBLE_RUNS_TO_ENUMERATE_STOPPING_ORDERS` runs, for which the difference is
         negligible.
     """
     runs = np.where(np.isfinite(share_of_runs_falling_to_plus_1), np.asarray(known_run_counts, np.float64), 0.0)
@@ -98,7 +98,7 @@ def average_first_batch_statistic_over_run_orders(
     with np.errstate(invalid="ignore"):
         found /= comb(runs, first)
     sums, made = orders * says, first
-    while made <= min(runs.max(initial=0), MAX_RUNS_FOR_STOPPING_ORDER_ENUMERATION):
+    while made <= min(runs.max(initial=0), MAX_ENSEMBLE_RUNS_TO_ENUMERATE_STOPPING_ORDERS):
         ended = np.flatnonzero(runs == made)
         places = fell.flat[ended] * _CODE_FACTOR_OF_COUNT_OF_FALLS_TO_PLUS_1 + back.flat[ended]
         possible = orders[places] > 0

@@ -61,7 +61,7 @@ CONTACT_STIFFNESS_FACTOR_OF_STIFFER_RERUN: Final = 4.0
 PILOT_CASE_COUNT: Final = 16
 """Number of cases that are run first, to estimate the cost of a case."""
 
-MAX_COST_RATIO_OF_FINER_STEPS_TO_STIFFER_SPRINGS: Final = 9.0
+ASSUMED_COST_RATIO_OF_FINER_TO_STIFFER_RERUN: Final = 9.0
 """Largest ratio of block steps with finer steps to those with stiffer springs: 8, plus reruns."""
 
 
@@ -88,10 +88,10 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
     runs = _CaseReruns(study, records, case_sample, thread_count, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
     if runs.rerun_affordable_cases_unless_refused(
-        "stiffer", 1.0 + MAX_COST_RATIO_OF_FINER_STEPS_TO_STIFFER_SPRINGS, allowed
+        "stiffer", 1.0 + ASSUMED_COST_RATIO_OF_FINER_TO_STIFFER_RERUN, allowed
     ):
         spent = runs.rerun_outcomes_by_kind["stiffer"]["block_steps"]
-        affordable = np.cumsum(MAX_COST_RATIO_OF_FINER_STEPS_TO_STIFFER_SPRINGS * spent)
+        affordable = np.cumsum(ASSUMED_COST_RATIO_OF_FINER_TO_STIFFER_RERUN * spent)
         runs.rerun_missing_first_cases_unless_refused(
             "finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right"))
         )

@@ -18,7 +18,7 @@ from overturning.motion.soil import RockHalfSpace, SoilLayer
 from overturning.records.site import SoilSite
 from overturning.settings import RELATIVE_TOLERANCE_OUTSIDE_GRID, StonePopulation, UniformRange
 from overturning.study.grounds import soil_setting_keys_and_values_of_study
-from overturning.study.scenes import NOMINAL_VARIANT, names_of_settings_in_which_variants_differ
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, names_of_settings_in_which_variants_differ
 from overturning.study.schema import Study
 from overturning.study.values import ValueRange
 from overturning.units import STANDARD_GRAVITY
@@ -69,7 +69,7 @@ def _compared_variant_with_several_changes_warnings(study: Study) -> Iterator[st
     """Yield a warning if the variant that is compared with the study differs from it in more than one setting."""
     if (variant := study.primary.against) is None:
         return
-    settings = names_of_settings_in_which_variants_differ(study, NOMINAL_VARIANT, variant)
+    settings = names_of_settings_in_which_variants_differ(study, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant)
     if len(settings) > 1:
         names = f"{', '.join(settings[:-1])} and {settings[-1]}"
         yield (
@@ -80,11 +80,11 @@ def _compared_variant_with_several_changes_warnings(study: Study) -> Iterator[st
 
 def _repeated_variant_warnings(study: Study) -> Iterator[str]:
     """Yield a warning for each variant of a study whose settings equal those of the study or of an earlier variant."""
-    names = [NOMINAL_VARIANT, *study.variants]
+    names = [NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, *study.variants]
     for place, name in enumerate(names[1:], 1):
         for earlier in names[:place]:
             if not names_of_settings_in_which_variants_differ(study, earlier, name):
-                whose = "the study" if earlier == NOMINAL_VARIANT else f"the variant {earlier}"
+                whose = "the study" if earlier == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS else f"the variant {earlier}"
                 same = f"its settings are those of {whose}, and so are its outcomes"
                 yield f"variants.{name}: {same}; change or leave it out"
                 break

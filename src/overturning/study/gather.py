@@ -31,7 +31,7 @@ from overturning.study.netcdf import (
 )
 from overturning.study.parts import open_checked_outcome_file_for_reading, read_record_id_and_variant_of_outcome_file
 from overturning.study.scenes import (
-    NOMINAL_VARIANT,
+    NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
     StudyToSceneSizeConversion,
     note_on_different_stone_size_of_variant,
     variant_grid,
@@ -58,7 +58,7 @@ def merge_outcome_files_into_cube(
     records: Sequence[Record],
     sweep_part_paths: Sequence[Path],
     cube_path: Path,
-    variant: str = NOMINAL_VARIANT,
+    variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
 ) -> None:
     """Merge files with outcomes of records and chunks of cases into the results cube of a study or variant.
 
@@ -90,7 +90,9 @@ def merge_outcome_files_into_cube(
         cube.content_sha256 = outcome_content_hash(cube, variables)
 
 
-def create_cube_structure(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL_VARIANT) -> None:
+def create_cube_structure(
+    cube: Any, study: Study, records: Sequence[Record], variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
+) -> None:
     """Create the dimensions, coordinates, attributes and empty variables of a results cube in a netCDF4 file."""
     model, grid = variant_model(study, variant), variant_grid(study, variant)
     cube.setncatts(_global_cube_attributes(study, records, variant))

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from overturning.errors import ConfigError, closest_name_hint
 from overturning.records.site import SoilSite
 from overturning.study.evaluation import SurveySettings
-from overturning.study.scenes import NOMINAL_VARIANT
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
 from overturning.study.schema import Study
 from overturning.study.sections import Variant
 
@@ -18,7 +18,7 @@ def variant_or_soil_cube_name(study: Study, soil_site: SoilSite | None) -> str:
     otherwise derived from the layers, so that equal layers are computed once.
     """
     if soil_site is None:
-        return NOMINAL_VARIANT
+        return NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
     for name, variant in study.variants.items():
         if variant == Variant(site=soil_site):
             return name

@@ -19,7 +19,7 @@ from overturning.study.netcdf import (
     create_outcome_variable,
     open_netcdf_without_masking_and_scaling,
 )
-from overturning.study.scenes import NOMINAL_VARIANT, variant_model
+from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant_model
 from overturning.study.schema import Study
 
 
@@ -66,7 +66,9 @@ def paths_of_chunk_outcome_files(
     ]
 
 
-def grid_of_chunk(study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NOMINAL_VARIANT) -> CaseGrid:
+def grid_of_chunk(
+    study: Study, grid: CaseGrid, chunk: SweepChunk, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
+) -> CaseGrid:
     """Return the part of a parameter grid that one chunk (job) of a record's simulation covers.
 
     Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied

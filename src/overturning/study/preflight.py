@@ -20,7 +20,7 @@ from overturning.study.ensemble import MAX_MEMBER_CASES_PER_RUN, MEMBERS_PER_BAT
 from overturning.study.grounds import soil_layers_and_records_by_soil_cube_name, soil_setting_keys_and_values_of_study
 from overturning.study.load import read_record_table_rows_of_study
 from overturning.study.scenes import (
-    NOMINAL_VARIANT,
+    NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
     StudyToSceneSizeConversion,
     numerical_options_of_study,
     variant_model,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _PROCESSOR_SECONDS_PER_SINGLE_BLOCK_CASE: Final = 5e-5
 """Processor time of a single-block case on a small machine, s."""
 
-_SHARE_OF_MEMBERS_RUN_FOR_BOUNDARY_ENSEMBLE: Final = 0.4
+_MEMBER_SHARE_RUN_IF_ENSEMBLE_ONLY_AT_BOUNDARY: Final = 0.4
 """Share of ensemble members that are run if only cells near a change of flag have an ensemble."""
 
 _BASE_SIMULATION_MEMORY_BYTES: Final = 4e8
@@ -93,7 +93,7 @@ def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int =
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (
-        _SHARE_OF_MEMBERS_RUN_FOR_BOUNDARY_ENSEMBLE if study.ensemble.where == "boundary" else 1.0
+        _MEMBER_SHARE_RUN_IF_ENSEMBLE_ONLY_AT_BOUNDARY if study.ensemble.where == "boundary" else 1.0
     )  # members at one amplitude
     cases = (
         study.cases_per_record
@@ -319,7 +319,7 @@ def _replace_argument_by_study_key_in_message(simulation_error_message: str, var
     A message about an argument without a key gets the name of the variant, unless it concerns the study itself.
     """
     name, rest = simulation_error_message.partition(":")[::2]
-    own = "" if variant == NOMINAL_VARIANT else f"variants.{variant}."
+    own = "" if variant == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS else f"variants.{variant}."
     if name in SimulationSettings.model_fields:
         return f"simulation.{name}:{rest}"
     if name in ContactSettings.model_fields:

@@ -28,16 +28,16 @@ if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
-NOMINAL_VARIANT = "nominal"
+NAME_OF_STUDY_ITSELF_AMONG_VARIANTS = "nominal"
 """Name of the study itself in the list of its variants."""
 
 
 def variant_names(study: Study) -> list[str]:
     """Return "nominal" (the study itself) and the names of its variants (the study with some settings changed)."""
-    return [NOMINAL_VARIANT, *study.variants]
+    return [NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, *study.variants]
 
 
-def settings_changed_by_variant(study: Study, variant: str = NOMINAL_VARIANT) -> Variant:
+def settings_changed_by_variant(study: Study, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS) -> Variant:
     """Return the settings of a study that a variant (a repetition of the study) changes; the others are None.
 
     A `ConfigError` is raised if the study has no such variant.
@@ -47,13 +47,13 @@ def settings_changed_by_variant(study: Study, variant: str = NOMINAL_VARIANT) ->
     return study.variants.get(variant, Variant())
 
 
-def variant_contact_settings(study: Study, variant: str = NOMINAL_VARIANT) -> ContactSettings:
+def variant_contact_settings(study: Study, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS) -> ContactSettings:
     """Return the contact settings of a variant of a study, which are the study's unless the variant changes them."""
     own = settings_changed_by_variant(study, variant).contact
     return study.contact if own is None else own
 
 
-def variant_scene(study: Study, variant: str = NOMINAL_VARIANT) -> Scene:
+def variant_scene(study: Study, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS) -> Scene:
     """Return the scene of a study or variant; the default gravestone gets the study's density and contact settings."""
     scene = settings_changed_by_variant(study, variant).scene or study.scene
     if scene != gravestone():
@@ -72,13 +72,13 @@ def compared_element_names_of_study_and_variant(study: Study, variant: str) -> t
     These are the elements whose outcomes are shown by default. If they have different names, and one of them is in both
     scenes, this element is compared.
     """
-    scenes = [variant_scene(study, name) for name in (NOMINAL_VARIANT, variant)]
+    scenes = [variant_scene(study, name) for name in (NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant)]
     shown = [scene.name_of_element_shown_by_default for scene in scenes]
     in_both = [name for name in shown if all(name in scene.free_element_names for scene in scenes)]
     return (in_both[0], in_both[0]) if in_both else (shown[0], shown[1])
 
 
-def variant_model(study: Study, variant: str = NOMINAL_VARIANT) -> Model:
+def variant_model(study: Study, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS) -> Model:
     """Return the mechanical model of a study or of one of its variants: 2-D scene, 3-D body or stack.
 
     A `ConfigError` is raised if the study has no such variant.
@@ -92,7 +92,7 @@ def variant_model(study: Study, variant: str = NOMINAL_VARIANT) -> Model:
     return Body(study.body.body_shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
-def variant_grid(study: Study, variant: str = NOMINAL_VARIANT) -> CaseGrid:
+def variant_grid(study: Study, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS) -> CaseGrid:
     """Return the parameter grid of a study or variant: azimuths or orientations, height, B/H, friction and others."""
     model = variant_model(study, variant)
     values = {
@@ -200,7 +200,7 @@ def numerical_options_of_study(
     )
 
 
-def variant_uses_vertical_motion(study: Study, variant: str = NOMINAL_VARIANT) -> bool:
+def variant_uses_vertical_motion(study: Study, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS) -> bool:
     """True if a study or variant applies the vertical ground motion of records that have a vertical component."""
     own = settings_changed_by_variant(study, variant).vertical
     return study.simulation.vertical if own is None else own
@@ -219,7 +219,7 @@ def names_of_settings_in_which_variants_differ(study: Study, variant: str, other
 
 
 def record_motion_with_up_only_if_variant_uses_it(
-    study: Study, record: Record, variant: str = NOMINAL_VARIANT
+    study: Study, record: Record, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
 ) -> Motion:
     """Return the motion of a record for a study or variant, which may omit the vertical component."""
     return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

@@ -58,7 +58,7 @@ FrictionCoefficient = Annotated[float, Field(ge=0, le=100)]
 AmplitudeFactor = Annotated[float, Field(gt=0, le=100)]
 
 
-_KEYS_TOGETHER_ONLY_IN_COMPLETE_STUDY: Final = frozenset(
+_KEYS_MARKING_STUDY_STORED_WITH_DEFAULTS: Final = frozenset(
     {"azimuth", "body", "contact", "crate", "figures", "simulation"}
 )
 """Some of the keys of a study that was stored complete; nobody writes all of them by hand."""
@@ -188,7 +188,7 @@ class Study(StrictModel):
                 filled["orientation"] = OrientationRange()
             return cls._fill_missing_height_and_b_over_h_from_vertices(filled)
         default = OrientationRange().model_dump(mode="json")
-        if filled.keys() >= _KEYS_TOGETHER_ONLY_IN_COMPLETE_STUDY and filled.get("orientation") == default:
+        if filled.keys() >= _KEYS_MARKING_STUDY_STORED_WITH_DEFAULTS and filled.get("orientation") == default:
             # A 2-D study stored by an earlier version, in which every study had orientations.
             del filled["orientation"]
         if "scene" not in filled:

@@ -94,7 +94,7 @@ def write_table_of_cases(cube: "xr.Dataset", csv_or_parquet_path: Path) -> int:
         for table in parts:
             arrow = Table.from_pandas(table, preserve_index=False)
             writer = writer or stack.enter_context(parquet.ParquetWriter(part, arrow.schema))
-            writer.write_table_as_netcdf_and_csv(arrow)
+            writer.write_table(arrow)
             rows += arrow.num_rows
     return rows
 

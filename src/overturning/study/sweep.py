@@ -26,7 +26,7 @@ from overturning.study.ensemble import (
 )
 from overturning.study.parts import WHOLE_RECORD_CHUNK, SweepChunk, grid_of_chunk, write_outcome_file_of_chunk
 from overturning.study.scenes import (
-    NOMINAL_VARIANT,
+    NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
     StudyToSceneSizeConversion,
     numerical_options_of_study,
     record_motion_with_up_only_if_variant_uses_it,
@@ -55,7 +55,7 @@ def cube_variables_of_study(study: Study) -> tuple[OutcomeVariable, ...]:
 
 def create_ensemble_runner(
     study: Study,
-    variant: str = NOMINAL_VARIANT,
+    variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
     members: EnsembleParameterChanges | None = None,
     run_cells_far_from_outcome_changes: bool = False,
 ) -> EnsembleRunner:
@@ -127,7 +127,7 @@ def simulate_and_write_cases_of_record(
     study: Study,
     record: Record,
     output_path: Path,
-    variant: str = NOMINAL_VARIANT,
+    variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
     *,
     members: EnsembleParameterChanges | None = None,
     chunk: SweepChunk = WHOLE_RECORD_CHUNK,
@@ -176,7 +176,9 @@ def simulate_and_write_cases_of_record(
     )
 
 
-def load_compiled_simulation_code(study: Study, record: Record, variant: str = NOMINAL_VARIANT) -> None:
+def load_compiled_simulation_code(
+    study: Study, record: Record, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
+) -> None:
     """Load the compiled simulation code of a study into this process, by simulating one case that moves."""
     grid = variant_grid(study, variant)
     one_case = grid.copy_with_dimension_values(**{name: grid[name][:1] for name in grid.dimension_names})

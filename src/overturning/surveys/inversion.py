@@ -40,7 +40,7 @@ independent ones. The value is calibrated in `verification/backwards_coverage.py
 ALL_OUTCOME_INDICES: Final = np.arange(DIRECTION_BIN_COUNT + 1)
 """Outcome indices: those of all direction bins, and `STANDING_OUTCOME_INDEX`."""
 
-_OCTANT_BY_OUTCOME_INDEX: Final = np.append(
+_OCTANT_OR_STANDING_BY_OUTCOME_INDEX: Final = np.append(
     sector_index(DIRECTION_BIN_WIDTH_DEG * np.arange(DIRECTION_BIN_COUNT), 8), 8
 )
 """Compass octant of each direction bin; 8 stands for standing."""
@@ -217,7 +217,7 @@ class SurveyInversion:
                 own = round(stone.fall_azimuth_deg / DIRECTION_BIN_WIDTH_DEG) % DIRECTION_BIN_COUNT
             if stone.has_octant_direction:
                 chance = np.stack(
-                    [chance[:, place == _OCTANT_BY_OUTCOME_INDEX].sum(axis=1) for place in range(9)], axis=1
+                    [chance[:, place == _OCTANT_OR_STANDING_BY_OUTCOME_INDEX].sum(axis=1) for place in range(9)], axis=1
                 )
                 own = int(sector_index(stone.fall_azimuth_deg, 8))
             elif stone.fell and not stone.fell_in_known_direction:
@@ -244,7 +244,7 @@ def outcome_indices_matching_observation(stone: Stone) -> NDArray[np.intp]:
         return np.arange(DIRECTION_BIN_COUNT)
     if stone.has_octant_direction:
         return np.flatnonzero(
-            _OCTANT_BY_OUTCOME_INDEX[:STANDING_OUTCOME_INDEX] == sector_index(stone.fall_azimuth_deg, 8)
+            _OCTANT_OR_STANDING_BY_OUTCOME_INDEX[:STANDING_OUTCOME_INDEX] == sector_index(stone.fall_azimuth_deg, 8)
         )
     if stone.has_16_point_direction:
         away = (

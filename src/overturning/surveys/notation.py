@@ -261,7 +261,7 @@ def azimuth_unit_warning(column_name: str, azimuths_deg: Iterable[float], survey
     """
     values = [one for one in azimuths_deg if math.isfinite(one)]
     largest = max(map(abs, values), default=0.0)
-    if len(set(values)) < _MIN_DISTINCT_AZIMUTHS_FOR_UNIT_WARNING:
+    if len(set(values)) < _MIN_DISTINCT_AZIMUTHS_TO_SUSPECT_RADIANS_OR_GON:
         return ""
     if largest <= 2 * math.pi and any(one % 1 for one in values):
         return (
@@ -276,5 +276,5 @@ def azimuth_unit_warning(column_name: str, azimuths_deg: Iterable[float], survey
     return ""
 
 
-_MIN_DISTINCT_AZIMUTHS_FOR_UNIT_WARNING: Final = 3
+_MIN_DISTINCT_AZIMUTHS_TO_SUSPECT_RADIANS_OR_GON: Final = 3
 """Smallest number of different azimuths for which a warning about their unit is given."""

@@ -33,7 +33,7 @@ MAX_SEARCHED_HAZARD_FACTOR: Final = 1e6
 MAX_SHARE_OF_FALLS_FROM_SHAKING_OUTSIDE_RECORDS: Final = 0.9
 """Largest share of falls from shaking outside the range of the records; above it, implausible levels are refused."""
 
-PLAUSIBLE_MAX_LEVELS_AND_OTHER_UNIT_BY_UNIT: Final = {
+HIGHEST_HAZARD_LEVEL_RANGE_AND_OTHER_UNIT_BY_UNIT: Final = {
     "g": (0.05, 20.0, 981.0, "Gal"),
     "cm/s": (10.0, 2000.0, 0.01, "m/s"),
 }
@@ -289,7 +289,7 @@ def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
     The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 10 to 2000 cm/s. Levels
     in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
     """
-    low, high, factor, other = PLAUSIBLE_MAX_LEVELS_AND_OTHER_UNIT_BY_UNIT.get(
+    low, high, factor, other = HIGHEST_HAZARD_LEVEL_RANGE_AND_OTHER_UNIT_BY_UNIT.get(
         hazard_curve.unit, (0.0, math.inf, 1.0, "")
     )
     top = float(hazard_curve.intensity_levels[-1])

@@ -23,7 +23,7 @@ LANGUAGES: Final[tuple[str, ...]] = get_args(Language)
 ENGLISH: Final = "en"
 """Language in which the program writes its texts."""
 
-LIST_SEPARATORS: Final = ("; ", ", ", ": ")
+SEPARATORS_OF_SEPARATELY_TRANSLATED_PARTS: Final = ("; ", ", ", ": ")
 """Separators of a list: parts between them are translated by themselves if there is no entry for the whole text."""
 
 FONT_PACKAGE_AND_NAMES_BY_LANGUAGE: Final = {
@@ -232,7 +232,7 @@ def _translate_text_lines(text: str, translation_table_entries: tuple[tuple[str,
 
 def _translate_list_parts(text: str, translation_table_entries: tuple[tuple[str, str], ...]) -> str:
     """Translate the parts of a list such as "a, b"; return it unchanged if no part is in the table."""
-    for separator in LIST_SEPARATORS:
+    for separator in SEPARATORS_OF_SEPARATELY_TRANSLATED_PARTS:
         parts = text.split(separator)
         if len(parts) > 1:
             translated = [_translate_text_lines(part, translation_table_entries) for part in parts]

@@ -18,7 +18,7 @@ from overturning.dem.block.state import (
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
     MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH,
-    MAX_TILT_RATIO_OF_STANDING_BODY,
+    MAX_LATE_TILT_RATIO_COUNTED_AS_STANDING,
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
     LargestTiltRatioInSecondHalfAfterRecord,
@@ -28,7 +28,7 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTION
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_block_constants, load_state, load_peaks = (
+load_block_constants, load_block_state, load_peaks_and_last_upright_tick = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
     for of in (BlockConstants, BlockState, BlockPeaksAndLastUprightTick)
 )
@@ -131,8 +131,8 @@ def update_late_largest_tilt_and_return_case_status(
     """Return the `CaseStatus` of the case in column `lane`, or `CASE_NOT_ENDED`; update its largest late tilt."""
     block, s, peaks, course = (
         load_block_constants(state, lane),
-        load_state(state, lane),
-        load_peaks(state, lane),
+        load_block_state(state, lane),
+        load_peaks_and_last_upright_tick(state, lane),
         load_case_progress(state, lane),
     )
     if not np.isfinite(s.centre_vx + s.centre_vz + s.angular_velocity + s.centre_x + s.centre_z + s.cos + s.sin):
@@ -169,7 +169,9 @@ def update_late_largest_tilt_and_return_case_status(
         < course.energy_needed_to_overturn
         and tilt < 1.0
     )
-    return CaseStatus.SIMULATED if stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY else CaseStatus.UNDECIDED
+    return (
+        CaseStatus.SIMULATED if stands or late_tilt < MAX_LATE_TILT_RATIO_COUNTED_AS_STANDING else CaseStatus.UNDECIDED
+    )
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -182,7 +184,11 @@ def write_case_results_except_status_and_counters(
     result_row_out: Any,
 ) -> None:
     """Write the results of the case in column `lane`, except status and counters, into a row of the result table."""
-    block, s, peaks = load_block_constants(state, lane), load_state(state, lane), load_peaks(state, lane)
+    block, s, peaks = (
+        load_block_constants(state, lane),
+        load_block_state(state, lane),
+        load_peaks_and_last_upright_tick(state, lane),
+    )
     account, course = load_energy_account(state, lane), load_case_progress(state, lane)
     fallen = status == CaseStatus.SIMULATED and s.cos <= 0.0
     result_row_out.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
@@ -226,7 +232,7 @@ def write_block_trajectory_row(
     """Write the block's motion, from column `lane` of the state array, into a row of its trajectory."""
     block, s, push = (
         load_block_constants(state, lane),
-        load_state(state, lane),
+        load_block_state(state, lane),
         load_accelerations_from_base_motion(state, lane).negative_of_base_acceleration_x,
     )
     trajectory_row_out.time = (

@@ -35,7 +35,7 @@ from overturning.dem.kernel.clock import (
     NextStepToAttempt,
     decide_rejection_sliding_and_next_step,
 )
-from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple
+from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_lane_count_is_multiple_of_8
 from overturning.dem.time_step import IntegrationScheme
 
 
@@ -76,12 +76,12 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     solution = (
         centred.solve_velocity_corrections if with_friction else centred.solve_frictionless_step_velocity_corrections
     )
-    load_block_constants, load_accelerations_from_base_motion, load_step_control = (
+    load_block_constants, load_accelerations_from_base_motion, load_step_lengths_and_doubling_counts = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load,
     )
-    load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
+    load_block_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
     load_next_step_to_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused).load
     load_signed_friction_or_zero = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         SignedFrictionCoefficientOrZeroIfSticking, unused_fields=unused
@@ -102,10 +102,10 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         ticks_per_sample: float,
     ) -> None:
         """Predict the states of all blocks in parallel at the end of their steps."""
-        for j in range(assume_vector_multiple(computed_lane_count)):
+        for j in range(assume_lane_count_is_multiple_of_8(computed_lane_count)):
             block, s, length = (
                 load_block_constants(state, j),
-                load_state(state, j),
+                load_block_state(state, j),
                 load_next_step_to_attempt(state, j).length_in_ticks,
             )
             store_predicted_block(
@@ -123,14 +123,15 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         computed_lane_count: int,
     ) -> None:
         """Solve the equations of the step for the velocity corrections of all blocks in parallel."""
-        for j in range(assume_vector_multiple(computed_lane_count)):
+        for j in range(assume_lane_count_is_multiple_of_8(computed_lane_count)):
             fine = (
                 load_next_step_to_attempt(state, j).length_in_ticks
-                <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * load_step_control(state, j).min_allowed_step_ticks
+                <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS
+                * load_step_lengths_and_doubling_counts(state, j).min_allowed_step_ticks
             )
             block, s, assumed = (
                 load_block_constants(state, j),
-                load_state(state, j),
+                load_block_state(state, j),
                 load_signed_friction_or_zero(state, j),
             )
             store_velocity_correction(state, j, solution(block, s, assumed, fine, load_predicted_block(state, j)))
@@ -157,11 +158,11 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_friction: bool) -> Any:
     """Return the centred scheme's compiled loop that computes contact forces and accepts or rejects block steps."""
     unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
-    load_block_constants, load_step_control = (
+    load_block_constants, load_step_lengths_and_doubling_counts = (
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load,
     )
-    load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    load_block_state, _, store_block_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockState, unused_fields=unused
     )
     load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
@@ -170,8 +171,10 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
     store_signed_friction_or_zero = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         SignedFrictionCoefficientOrZeroIfSticking, unused_fields=unused
     ).store
-    load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
-    load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    load_peaks_and_last_upright_tick, _, store_peaks_and_upright_tick_unless_rejected = (
+        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
+    )
+    load_energy_account, _, store_energy_and_penetration_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockEnergyAccount
     )
     load_predicted_block = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPredictedAtStepEnd, unused_fields=unused).load
@@ -187,12 +190,12 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
         ticks_per_sample: float,
     ) -> None:
         """Compute contact forces of all blocks in parallel, and accept or reject the step of each block."""
-        for j in range(assume_vector_multiple(computed_lane_count)):
+        for j in range(assume_lane_count_is_multiple_of_8(computed_lane_count)):
             block, s, attempt, case_step_control = (
                 load_block_constants(state, j),
-                load_state(state, j),
+                load_block_state(state, j),
                 load_next_step_to_attempt(state, j),
-                load_step_control(state, j),
+                load_step_lengths_and_doubling_counts(state, j),
             )
             w, d, length = load_predicted_block(state, j), load_velocity_correction(state, j), attempt.length_in_ticks
             fine = length <= LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS * case_step_control.min_allowed_step_ticks
@@ -218,15 +221,17 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
             assumed = commit.assumed_signed_friction_for_next_attempt(
                 mu_if_sliding, fine, both, attempt.repetitions_with_corrected_sliding_so_far > 0.0, sooner
             )
-            accepted = BlockAfterAttemptedStep(s, load_peaks(state, j), load_energy_account(state, j))
+            accepted = BlockAfterAttemptedStep(
+                s, load_peaks_and_last_upright_tick(state, j), load_energy_account(state, j)
+            )
             accepted = commit.compute_block_state_after_step_if_accepted(
                 block, accepted, w, d, both, length, with_vertical_base_motion, with_friction
             )
             store_next_step_to_attempt(state, j, attempt)
             store_signed_friction_or_zero(state, j, assumed)
-            store_state_unless_rejected(state, j, again, accepted.state)
-            store_peaks_unless_rejected(state, j, again, accepted.peaks)
-            store_energy_account_unless_rejected(state, j, again, accepted.energy_account)
+            store_block_state_unless_rejected(state, j, again, accepted.state)
+            store_peaks_and_upright_tick_unless_rejected(state, j, again, accepted.peaks)
+            store_energy_and_penetration_unless_rejected(state, j, again, accepted.energy_account)
 
     return compute_forces_and_accept_or_reject_block_steps
 
@@ -241,10 +246,12 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
         STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
     )
-    load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    load_block_state, store_block_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockState, unused_fields=["normal_force_per_mass"]
     )
-    load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
+    load_peaks_and_last_upright_tick, store_peaks_and_last_upright_tick, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+        BlockPeaksAndLastUprightTick
+    )
     load_energy_account, store_energy_account, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockEnergyAccount, unused_fields=["base_motion_power_per_mass", "dissipated_power_per_mass"]
     )
@@ -259,14 +266,15 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     ) -> None:
         """Advance all blocks in parallel by `step_count` time steps."""
         for _ in range(step_count):
-            for j in range(assume_vector_multiple(computed_lane_count)):
+            for j in range(assume_lane_count_is_multiple_of_8(computed_lane_count)):
                 s, peaks, account = cundall.advance_block_one_step(
-                    load_block_constants(state, j), load_state(state, j), load_peaks(state, j),
+                    load_block_constants(state, j), load_block_state(state, j), load_peaks_and_last_upright_tick(state,
+                    j),
                     load_energy_account(state, j), load_accelerations_from_base_motion(state, j),
                     with_vertical_base_motion,
                 )  # fmt: skip
-                store_state(state, j, s)
-                store_peaks(state, j, peaks)
+                store_block_state(state, j, s)
+                store_peaks_and_last_upright_tick(state, j, peaks)
                 store_energy_account(state, j, account)
 
     return advance_blocks

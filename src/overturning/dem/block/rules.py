@@ -48,7 +48,7 @@ from overturning.dem.kernel.ground import (
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
     cache_line_aligned_zeros,
 )
 from overturning.dem.kernel.mechanics import (
@@ -89,14 +89,18 @@ class ParallelBlockStates(NamedTuple):
 
 
 load_block_constants, store_block_constants, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants)
-load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState)
-load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockPeaksAndLastUprightTick)
+load_block_state, store_block_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState)
+load_peaks_and_last_upright_tick, store_peaks_and_last_upright_tick, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BlockPeaksAndLastUprightTick
+)
 load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-store_next_step_to_attempt, store_signed_friction_or_zero, store_step_control = (
+store_next_step_to_attempt, store_signed_friction_or_zero, store_step_lengths_and_doubling_counts = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
     for of in (NextStepToAttempt, SignedFrictionCoefficientOrZeroIfSticking, CaseStepLengthsAndDoublingCounts)
 )
-load_assumed_signed_friction = STATE_ROW_LAYOUT.tuple_reader_and_writer(SignedFrictionCoefficientOrZeroIfSticking).load
+load_signed_friction_or_zero_if_sticking = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    SignedFrictionCoefficientOrZeroIfSticking
+).load
 store_inertial_acceleration_x = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BlockAccelerationsFromBaseMotion, "negative_of_base_acceleration_x"
 ).store
@@ -175,15 +179,17 @@ def write_block_constants_and_initial_state(
         ticks_since_sample_start=0.0, remaining_flat_landing_time=0.0,
     )  # fmt: skip
     store_block_constants(state, lane, block)
-    store_step_control(state, lane, CaseStepLengthsAndDoublingCounts(
+    store_step_lengths_and_doubling_counts(state, lane, CaseStepLengthsAndDoublingCounts(
         case_table_row.min_allowed_step_ticks, case_table_row.longest_step_with_all_contacts_closed_ticks,
         case_table_row.steps_before_doubling_after_contact_change, case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
-    store_state(state, lane, at_rest)
+    store_block_state(state, lane, at_rest)
     length, steps = case_table_row.min_allowed_step_ticks, case_table_row.steps_before_doubling_after_contact_change
     store_next_step_to_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
     store_signed_friction_or_zero(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
-    store_peaks(state, lane, BlockPeaksAndLastUprightTick(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0))
+    store_peaks_and_last_upright_tick(
+        state, lane, BlockPeaksAndLastUprightTick(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0)
+    )
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
     state[REST_ACCELERATION_LIMIT_ROW_OFFSET + lane] = case_table_row.max_base_acceleration_without_motion_g
     store_case_progress(state, lane, CaseProgress(
@@ -222,8 +228,8 @@ def advance_sample_load_motion_and_normalise_rotation(
     """
     across, up = horizontal_acceleration_by_azimuth_m_s2, numba_type_of_upward_acceleration
     ticks, interval, scale = settings.ticks_per_sample, settings.sampling_interval, 1.0 / settings.ticks_per_sample
-    for j in range(assume_vector_multiple(computed_lane_count)):
-        s = load_state(state, j)
+    for j in range(assume_lane_count_is_multiple_of_8(computed_lane_count)):
+        s = load_block_state(state, j)
         state[ROTATION_COSINE_ROW_OFFSET + j], state[ROTATION_SINE_ROW_OFFSET + j] = normalise_cosine_and_sine(
             s.cos, s.sin
         )
@@ -241,7 +247,7 @@ def advance_sample_load_motion_and_normalise_rotation(
         ) = begun
         state[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j] = -1.0
     last = across.shape[1] - 3
-    for j in range(assume_vector_multiple(computed_lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(computed_lane_count)):
         course = load_case_progress(state, j)
         i = min(int(course.current_sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
@@ -317,9 +323,13 @@ def mark_possibly_ended_block_cases(
     """Mark and count cases with a fallen block, an invalid state, or no more base motion that moves a block at rest."""
     count = 0
     for j in range(active_lane_count):
-        block, s, b = load_block_constants(state, j), load_state(state, j), load_block_constants(state, j).half_width
+        block, s, b = (
+            load_block_constants(state, j),
+            load_block_state(state, j),
+            load_block_constants(state, j).half_width,
+        )
         most = max_penetration_to_half_side_ratio * (b if b < block.half_height else block.half_height)
-        sound = (s.cos > 0.0) & (load_peaks(state, j).max_corner_penetration <= most)
+        sound = (s.cos > 0.0) & (load_peaks_and_last_upright_tick(state, j).max_corner_penetration <= most)
         total = (s.centre_vx + s.centre_vz + s.angular_velocity) + (s.centre_x + s.centre_z + s.cos)
         goes_on = case_cannot_have_ended(
             load_case_progress(state, j), s.ticks_since_sample_start, ticks_per_sample, record_end_sample, total, sound
@@ -357,10 +367,10 @@ def mark_resting_blocks_and_skip_samples(
     count = 0
     for j in range(active_lane_count):
         course = load_case_progress(state, j)
-        s = load_state(state, j)
+        s = load_block_state(state, j)
         block = load_block_constants(state, j)
         length = state[NEXT_STEP_LENGTH_ROW_OFFSET + j]
-        mu_left, mu_right = load_assumed_signed_friction(state, j)
+        mu_left, mu_right = load_signed_friction_or_zero_if_sticking(state, j)
         now = course.current_sample + s.ticks_since_sample_start * (1.0 / ticks_per_sample)
         still = body_is_still(
             max_of_translation_and_half_height_rotation(s.centre_vx, s.centre_vz, s.angular_velocity, block),

@@ -25,7 +25,7 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
 )
 from overturning.model.solid import MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
 
@@ -181,7 +181,7 @@ def lowest_and_highest_base_points_rest(
 
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
 load_body_axes = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3).load
-load_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState).load
+load_body_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState).load
 load_extreme_vertices_and_landing_state, store_extreme_vertices_and_landing_state, _ = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
 )
@@ -199,7 +199,7 @@ SHORTEST_REMAINING_LANDING_TIME_ROW_OFFSET, LONGEST_REMAINING_LANDING_TIME_ROW_O
     STATE_ROW_LAYOUT.row_offset_of_field(BodyBaseContactState, "shortest_remaining_impact_time_of_base_points"),
     STATE_ROW_LAYOUT.row_offset_of_field(BodyBaseContactState, "longest_landing_time_left_of_loaded_points"),
 )
-TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
+TILTING_SHARE_OF_FRICTION_MOMENT_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
     BodyBaseContactState, "tilting_share_of_friction_moment_in_flat_landing"
 )
 """Array index at which the values of `tilting_share_of_friction_moment_in_flat_landing` start."""
@@ -209,7 +209,7 @@ TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offse
 def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
     """True if a flat landing (all points of the base in one impact) is under way in any case computed in parallel."""
     number = 0
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         number += 1 if is_body_in_flat_landing(load_extreme_vertices_and_landing_state(body_states, j)) else 0
     return number > 0
 
@@ -227,9 +227,9 @@ def use_full_friction_moment_where_friction_tips_body(
     """
     for point in range(0, length_of_vertex_rows, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
-        for j in range(assume_vector_multiple(lane_count)):
+        for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
             body = load_body_constants(body_states, j)
-            v = load_state(body_states, j).velocity_relative_to_base
+            v = load_body_state(body_states, j).velocity_relative_to_base
             edge = load_vertex(one, j)
             own = matrix_times_vector(transpose(load_body_axes(body_states, j)), Vector3(v.x, v.y, 0.0))
             ahead = (
@@ -238,8 +238,8 @@ def use_full_friction_moment_where_friction_tips_body(
                 * (edge.starting_edge_outward_normal_x * own.x + edge.starting_edge_outward_normal_y * own.y)
             )
             outside = edge.starting_edge_distance_from_point_below_centre * math.sqrt(v.x * v.x + v.y * v.y) < ahead
-            body_states[TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET + j] = (
-                1.0 if outside else body_states[TILTING_FRICTION_SHARE_IN_LANDING_ROW_OFFSET + j]
+            body_states[TILTING_SHARE_OF_FRICTION_MOMENT_ROW_OFFSET + j] = (
+                1.0 if outside else body_states[TILTING_SHARE_OF_FRICTION_MOMENT_ROW_OFFSET + j]
             )
 
 
@@ -259,7 +259,7 @@ def compute_base_contact_states(
     """
     if base_is_round:
         # The ends are the lowest and the highest point of the rim.
-        for j in range(assume_vector_multiple(lane_count)):
+        for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
             body = load_body_constants(body_states, j)
             ahead = load_point_state_at_step_start(vertex_rows[:VALUE_COUNT_PER_VERTEX_IN_ALL_LANES], j)
             behind = load_point_state_at_step_start(
@@ -297,13 +297,13 @@ def compute_base_contact_states(
             )
         return
     few = base_vertex_count <= MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         first = BodyBaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         other = BodyBaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, 0.0)
         store_extreme_vertices_and_landing_state(body_states, j, first if few else other)
     for point in range(0, 2 * start_index_of_second_vertices_of_pairs, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
-        for j in range(assume_vector_multiple(lane_count)):
+        for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
             of_base = vertex_belongs_to_base(load_body_constants(body_states, j), load_vertex(one, j))
             left, least = (
                 one[POINT_REMAINING_LANDING_TIME_ROW_OFFSET + j],
@@ -324,7 +324,7 @@ def compute_base_contact_states(
         return
     for point in range(0, 2 * start_index_of_second_vertices_of_pairs, VALUE_COUNT_PER_VERTEX_IN_ALL_LANES):
         one = vertex_rows[point : point + VALUE_COUNT_PER_VERTEX_IN_ALL_LANES]
-        for j in range(assume_vector_multiple(lane_count)):
+        for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
             base_contact = load_extreme_vertices_and_landing_state(body_states, j)
             store_extreme_vertices_and_landing_state(body_states, j, update_lowest_and_highest_base_vertex(
                 load_body_constants(body_states, j), base_contact, load_body_axes(body_states, j), load_vertex(one, j),

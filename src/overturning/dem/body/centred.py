@@ -48,7 +48,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 MAX_PREDICTED_FORCE_STEP_TO_SHORTEST_STEP: Final = BODY_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
 """Longest step that uses predicted forces for contact and slip, as a multiple of the finest step."""
 
-MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO: Final = 0.25
+MIN_MOBILITY_RATIO_WITHOUT_FORCED_STICKING: Final = 0.25
 """Least effect of a normal force on a sliding point, as a share of its effect on a free particle; below, it sticks."""
 
 
@@ -250,7 +250,7 @@ def predict_contact_point(
         r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x,
         body.friction * (r.x * dy - r.y * dx),
     ))  # fmt: skip
-    free = 1.0 + (turn.x * r.y - turn.y * r.x) > MIN_SLIDING_POINT_TO_PARTICLE_MOBILITY_RATIO
+    free = 1.0 + (turn.x * r.y - turn.y * r.x) > MIN_MOBILITY_RATIO_WITHOUT_FORCED_STICKING
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedContactPoint(
         position_from_centre=r,

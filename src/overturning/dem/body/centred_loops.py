@@ -59,28 +59,32 @@ from overturning.dem.kernel.clock import (
 from overturning.dem.kernel.lanes import (
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
     create_tuple_sum_difference_and_maximum_functions,
     select,
 )
 
 load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
-load_inertial_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D).load
+load_inertial_and_upward_base_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    InertialAndUpwardBaseAccelerations3D
+).load
 load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
-load_state, _, store_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
+load_body_state, _, store_body_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
 load_extreme_vertices_and_landing_state, store_extreme_vertices_and_landing_state, _ = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
 )
-load_peaks, _, store_peaks_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick)
-load_energy_account, _, store_energy_account_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+load_peaks_and_last_upright_tick, _, store_peaks_and_upright_tick_unless_rejected = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick)
+)
+load_energy_account, _, store_energy_and_penetration_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     BodyEnergyAndMomentumAccount
 )
 load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_rejection, store_step_rejection_flags, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+load_step_rejection_flags, store_step_rejection_flags, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     StepRejectedAndSameContactStateFlags
 )
-load_step_control = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load
+load_step_lengths_and_doubling_counts = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load
 load_predicted_body, store_predicted_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
 load_forces_and_velocity_derivatives, store_forces_and_velocity_derivatives, _ = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForcesAndNegatedVelocityDerivatives)
@@ -92,9 +96,13 @@ load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_read
 load_largest_contact_changes, store_largest_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     LargestContactChangesOfBody
 )
-add_equations = create_tuple_sum_difference_and_maximum_functions(ContactForcesAndNegatedVelocityDerivatives).plus
+add_contact_forces_and_derivatives = create_tuple_sum_difference_and_maximum_functions(
+    ContactForcesAndNegatedVelocityDerivatives
+).plus
 add_contact_force_and_moment_sums = create_tuple_sum_difference_and_maximum_functions(ContactForceAndMomentSum).plus
-larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfBody).largest
+larger_value_of_each_contact_change = create_tuple_sum_difference_and_maximum_functions(
+    LargestContactChangesOfBody
+).largest
 load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
 load_point_state_at_step_start, _, store_point_state_at_step_start_unless_rejected = (
     VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "at_step_start")
@@ -114,12 +122,12 @@ SLID_IN_LAST_STEP_OR_ATTEMPT_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def predict_poses_and_velocities_at_step_end(body_states: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Predict pose and velocities of all bodies at their step ends, with constant acceleration and contact moment."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         w = predict_body_with_step_start_forces(
             load_body_constants(body_states, j),
-            load_state(body_states, j),
+            load_body_state(body_states, j),
             load_next_step_to_attempt(body_states, j).length_in_ticks,
-            load_inertial_accelerations(body_states, j),
+            load_inertial_and_upward_base_accelerations(body_states, j),
             ticks_per_sample,
         )
         store_predicted_body(body_states, j, w)
@@ -131,12 +139,12 @@ def predict_penetration_and_sliding_of_vertex_pair(
     body_states: Any, vertex_rows: Any, opposite_rows: Any, lane_count: int
 ) -> None:
     """Predict penetration, contact and sliding of two opposite vertices of each body at the end of the step."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         body = load_body_constants(body_states, j)
         w = load_predicted_body(body_states, j)
         f = load_body_axes(body_states, j)
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
+            load_step_lengths_and_doubling_counts(body_states, j), load_next_step_to_attempt(body_states, j)
         )
         p = load_vertex(vertex_rows, j)
         q = load_vertex(opposite_rows, j)
@@ -169,12 +177,12 @@ def predict_contact_of_opposite_rim_points(
     `unit_component_along_lean` and `unit_component_across_lean` select the points (see
     `rim_point_position_from_centre`).
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         body = load_body_constants(body_states, j)
         w = load_predicted_body(body_states, j)
         f = load_body_axes(body_states, j)
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
+            load_step_lengths_and_doubling_counts(body_states, j), load_next_step_to_attempt(body_states, j)
         )
         left, right, between = (
             load_point_state_at_step_start(point_rows, j),
@@ -204,10 +212,10 @@ def add_point_pair_terms_to_body_velocity_equations(
 
     `none_if_first_pair` is None for the first two points of a body: their terms replace those of the last step.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         body, half = load_body_constants(body_states, j), load_predicted_body(body_states, j).half_step_length_s
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
+            load_step_lengths_and_doubling_counts(body_states, j), load_next_step_to_attempt(body_states, j)
         )
         a = contact_force_and_derivatives_of_point(
             body, half, load_predicted_point(point_rows, j), load_point_state_at_step_start(point_rows, j), fine
@@ -215,18 +223,18 @@ def add_point_pair_terms_to_body_velocity_equations(
         b = contact_force_and_derivatives_of_point(
             body, half, load_predicted_point(opposite_rows, j), load_point_state_at_step_start(opposite_rows, j), fine
         )
-        part = add_equations(a, b)
+        part = add_contact_forces_and_derivatives(a, b)
         if none_if_first_pair is not None:
-            part = add_equations(load_forces_and_velocity_derivatives(body_states, j), part)
+            part = add_contact_forces_and_derivatives(load_forces_and_velocity_derivatives(body_states, j), part)
         store_forces_and_velocity_derivatives(body_states, j, part)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def solve_velocity_corrections(body_states: Any, lane_count: int) -> None:
     """Solve the equations of the step for the velocity corrections of all bodies, in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         store_velocity_correction(body_states, j, solve_velocity_correction(
-            load_body_constants(body_states, j), load_state(body_states, j), load_predicted_body(body_states, j),
+            load_body_constants(body_states, j), load_body_state(body_states, j), load_predicted_body(body_states, j),
             load_forces_and_velocity_derivatives(body_states, j),
         ))  # fmt: skip
 
@@ -241,12 +249,12 @@ def compute_forces_and_states_of_opposite_points(
 
     `none_if_first_pair` is None for the first two points of a body: their forces replace those of the last step.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         body = load_body_constants(body_states, j)
         w = load_predicted_body(body_states, j)
         d = load_velocity_correction(body_states, j)
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(body_states, j), load_next_step_to_attempt(body_states, j)
+            load_step_lengths_and_doubling_counts(body_states, j), load_next_step_to_attempt(body_states, j)
         )
         a, findings_a, next_a = compute_point_forces(
             body,
@@ -268,11 +276,14 @@ def compute_forces_and_states_of_opposite_points(
         )
         store_body_point_state_at_step_end(point_rows, j, next_a)
         store_body_point_state_at_step_end(opposite_rows, j, next_b)
-        forces, findings = add_contact_force_and_moment_sums(a, b), larger_contact_changes(findings_a, findings_b)
+        forces, findings = (
+            add_contact_force_and_moment_sums(a, b),
+            larger_value_of_each_contact_change(findings_a, findings_b),
+        )
         if none_if_first_pair is not None:
             forces, findings = (
                 add_contact_force_and_moment_sums(load_contact_force_sum(body_states, j), forces),
-                larger_contact_changes(load_largest_contact_changes(body_states, j), findings),
+                larger_value_of_each_contact_change(load_largest_contact_changes(body_states, j), findings),
             )
         store_contact_force_sum(body_states, j, forces)
         store_largest_contact_changes(body_states, j, findings)
@@ -281,16 +292,16 @@ def compute_forces_and_states_of_opposite_points(
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: float, base_is_round: Any) -> None:
     """Accept (store the new state) or reject each body's attempted step, and choose the length of the next attempt."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         body = load_body_constants(body_states, j)
-        s = load_state(body_states, j)
+        s = load_body_state(body_states, j)
         attempt = load_next_step_to_attempt(body_states, j)
         t = load_contact_force_sum(body_states, j)
         most = load_largest_contact_changes(body_states, j)
         w, d = load_predicted_body(body_states, j), load_velocity_correction(body_states, j)
         fast = lowest_rim_point_moves_too_far_in_step(s, w, most) if base_is_round else False
         steady = base_acceleration_allows_sample_long_steps(
-            load_inertial_accelerations(body_states, j),
+            load_inertial_and_upward_base_accelerations(body_states, j),
             w.negative_horizontal_and_upward_base_acceleration,
             ticks_per_sample,
             load_termination_limits(body_states, j).max_base_acceleration_for_sample_long_steps_g,
@@ -298,28 +309,30 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         findings = contact_changes_in_body_step(most, t.force_per_mass.z, fast, steady)
         again, sooner, following = decide_rejection_sliding_and_next_step(
             BODY_STEP_CONTROL,
-            load_step_control(body_states, j),
+            load_step_lengths_and_doubling_counts(body_states, j),
             attempt,
             findings,
             s.ticks_since_sample_start + attempt.length_in_ticks,
             ticks_per_sample,
         )
-        accepted = BodyAfterAcceptedStep(s, load_peaks(body_states, j), load_energy_account(body_states, j))
+        accepted = BodyAfterAcceptedStep(
+            s, load_peaks_and_last_upright_tick(body_states, j), load_energy_account(body_states, j)
+        )
         accepted = complete_body_step(body, accepted, w, d, t, most.largest_penetration, attempt.length_in_ticks)
         store_next_step_to_attempt(body_states, j, following)
         store_step_rejection_flags(
             body_states, j, StepRejectedAndSameContactStateFlags(1.0 if again else 0.0, 1.0 if sooner else 0.0)
         )
-        store_state_unless_rejected(body_states, j, again, accepted.state)
-        store_peaks_unless_rejected(body_states, j, again, accepted.peak_values_so_far)
-        store_energy_account_unless_rejected(body_states, j, again, accepted.energy_account)
+        store_body_state_unless_rejected(body_states, j, again, accepted.state)
+        store_peaks_and_upright_tick_unless_rejected(body_states, j, again, accepted.peak_values_so_far)
+        store_energy_and_penetration_unless_rejected(body_states, j, again, accepted.energy_account)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_contact_point_states_after_attempted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state if the step is accepted; after a rejected step at most whether it slid."""
-    for j in range(assume_vector_multiple(lane_count)):
-        new, rejected = load_body_point_state_at_step_end(point_rows, j), load_rejection(body_states, j)
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        new, rejected = load_body_point_state_at_step_end(point_rows, j), load_step_rejection_flags(body_states, j)
         store_point_state_at_step_start_unless_rejected(point_rows, j, rejected.is_step_rejected > 0.0, new)
         point_rows[SLID_IN_LAST_STEP_OR_ATTEMPT_ROW_OFFSET + j] = select(
             rejected.next_attempt_keeps_slip_assumption > 0.0,

@@ -33,8 +33,8 @@ from overturning.dem.kernel.clock import NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
     MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH,
+    MAX_LATE_TILT_RATIO_COUNTED_AS_STANDING,
     MAX_TILT_RATIO_AT_REST,
-    MAX_TILT_RATIO_OF_STANDING_BODY,
     NEGLIGIBLE_REMAINING_SLIP_M,
     CaseProgress,
     LargestTiltRatioInSecondHalfAfterRecord,
@@ -48,7 +48,7 @@ from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTION
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_body_constants, load_state, load_peaks = (
+load_body_constants, load_body_state, load_peaks_and_last_upright_tick = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BodyConstants, BodyState, BodyPeaksAndLastUprightTick)
 )
 load_energy_account, load_case_progress, load_termination_limits = (
@@ -233,8 +233,8 @@ def update_peak_tilt_near_end_and_return_status(
     """
     count = vertex_rows.size // VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
     body = load_body_constants(body_states, lane)
-    s = load_state(body_states, lane)
-    peaks = load_peaks(body_states, lane)
+    s = load_body_state(body_states, lane)
+    peaks = load_peaks_and_last_upright_tick(body_states, lane)
     course, limits = load_case_progress(body_states, lane), load_termination_limits(body_states, lane)
     if not np.isfinite(state_sum_for_finite_check(s)) or peaks.peak_penetration > limits.max_penetration:
         return CaseStatus.UNSTABLE
@@ -277,7 +277,7 @@ def update_peak_tilt_near_end_and_return_status(
     body_states[LARGEST_TILT_RATIO_AFTER_RECORD_ROW_OFFSET + lane] = late_tilt
     if sample < course.end_sample_if_undecided:
         return CASE_NOT_ENDED
-    if not (stands or late_tilt < MAX_TILT_RATIO_OF_STANDING_BODY):
+    if not (stands or late_tilt < MAX_LATE_TILT_RATIO_COUNTED_AS_STANDING):
         return CaseStatus.UNDECIDED
     # A body that slides upright is simulated until friction has stopped it.
     if late_tilt < MAX_TILT_RATIO_AT_REST and body_will_slide_noticeably(
@@ -303,7 +303,7 @@ def body_rests_upright_on_all_base_vertices(
     max_base_acceleration_without_motion_g: float,
 ) -> bool:
     """True if a body is upright and still, and as many points as its base has vertices carry load without sliding."""
-    body, s, held = load_body_constants(body_states, lane), load_state(body_states, lane), 0
+    body, s, held = load_body_constants(body_states, lane), load_body_state(body_states, lane), 0
     w = s.angular_velocity
     turning = matrix_times_vector(expand_symmetric_matrix(body.mass_times_inverse_inertia), s.contact_moment_per_mass)
     speed = vector_length(s.velocity_relative_to_base) + body.centre_height * vector_length(w)
@@ -334,8 +334,8 @@ def write_case_results(
     """Write the results of the case in column `lane` of the state array into `result_row`."""
     count = vertex_rows.size // VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
     body = load_body_constants(body_states, lane)
-    s = load_state(body_states, lane)
-    peaks = load_peaks(body_states, lane)
+    s = load_body_state(body_states, lane)
+    peaks = load_peaks_and_last_upright_tick(body_states, lane)
     account = load_energy_account(body_states, lane)
     course = load_case_progress(body_states, lane)
     limits = load_termination_limits(body_states, lane)
@@ -385,7 +385,7 @@ def write_body_trajectory_row(
 ) -> None:
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
     body = load_body_constants(body_states, lane)
-    s = load_state(body_states, lane)
+    s = load_body_state(body_states, lane)
     shaking = load_accelerations_from_base_motion(body_states, lane)
     trajectory_row.time = (
         load_case_progress(body_states, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample

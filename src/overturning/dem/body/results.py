@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.status import CaseStatus
-from overturning.model.variables import INT8_MISSING, MAX_NUMBERED_FACES
+from overturning.model.variables import INT8_MISSING, MAX_FACE_COUNT_OF_BODY_WITH_NUMBERED_FACES
 
 
 def outcome_variables_of_bodies(
@@ -46,7 +46,7 @@ def outcome_variables_of_bodies(
             "fall_azimuth": np.where(fell, azimuth, np.nan),
             "fall_face": [
                 _index_of_most_downward_face(side, one)
-                if is_down and 0 < len(side) <= MAX_NUMBERED_FACES
+                if is_down and 0 < len(side) <= MAX_FACE_COUNT_OF_BODY_WITH_NUMBERED_FACES
                 else INT8_MISSING
                 for side, one, is_down in zip(
                     face_normals_at_rest_by_case, np.stack([w, x, y, z], axis=1), fell, strict=True

@@ -50,7 +50,11 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     next_window_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
+from overturning.dem.kernel.lanes import (
+    INTERNAL_COMPILE_OPTIONS,
+    assume_lane_count_is_multiple_of_8,
+    cache_line_aligned_zeros,
+)
 from overturning.dem.kernel.queue import (
     SettingsCommonToParallelCases,
     create_lookup_by_type,
@@ -112,12 +116,14 @@ class ParallelBodiesStateArrays(NamedTuple):
 
 
 load_body_constants, store_body_constants, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants)
-load_state, store_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
+load_body_state, store_body_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
 store_rotation_quaternion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState, "rotation").store
-load_peaks, store_peaks, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick)
+load_peaks_and_last_upright_tick, store_peaks_and_last_upright_tick, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
+    BodyPeaksAndLastUprightTick
+)
 load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_termination_limits, store_termination_limits, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits)
-store_inertial_accelerations, store_next_step_to_attempt, store_step_control = (
+store_inertial_and_upward_base_accelerations, store_next_step_to_attempt, store_step_lengths_and_doubling_counts = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
     for of in (InertialAndUpwardBaseAccelerations3D, NextStepToAttempt, CaseStepLengthsAndDoublingCounts)
 )
@@ -147,7 +153,7 @@ CURRENT_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "
 LAST_UPRIGHT_TIME_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
 
 
-time_stepping_loop_by_tag = create_lookup_by_type(LOOP_BY_BASE_SHAPE_TAG)
+select_time_stepping_loop_by_base_shape = create_lookup_by_type(LOOP_BY_BASE_SHAPE_TAG)
 """Return the loops of bodies, selected by the type of their loop selector."""
 
 
@@ -205,8 +211,8 @@ def advance_sample_and_load_base_motion(
     ticks = queue_settings.ticks_per_sample
     interval = queue_settings.sampling_interval
     scale = 1.0 / queue_settings.ticks_per_sample
-    for j in range(assume_vector_multiple(lane_count)):
-        s = load_state(body_states, j)
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        s = load_body_state(body_states, j)
         store_rotation_quaternion(body_states, j, renormalise_nearly_unit_quaternion(s.rotation))
         begun = continuation_sample_tick_and_last_upright_time(
             load_case_progress(body_states, j),
@@ -222,14 +228,14 @@ def advance_sample_and_load_base_motion(
         ) = begun
         body_states[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j] = -1.0
     last = up.shape[0] - 3
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         course = load_case_progress(body_states, j)
         if body_states[LOADED_SAMPLE_NUMBER_ROW_OFFSET + j] == course.current_sample + 1.0:
             continue
         body_states[LOADED_SAMPLE_NUMBER_ROW_OFFSET + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
         horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
-        store_inertial_accelerations(
+        store_inertial_and_upward_base_accelerations(
             body_states, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
 
@@ -262,7 +268,7 @@ def attempt_steps_until_next_check(
             or trajectory_buffer[recorded_row_count].time > trajectory_buffer[recorded_row_count - 1].time
             else 0
         )
-    time_stepping_loop_by_tag(marker)(
+    select_time_stepping_loop_by_base_shape(marker)(
         marker,
         workspace.state,
         workspace.vertex_rows,
@@ -299,9 +305,9 @@ def mark_possibly_ended_body_cases(
     """Mark and count cases that may have ended: fall, invalid state, or no sample left that can start a motion."""
     count = 0.0
     for j in range(active_lane_count):
-        s, limits = load_state(body_states, j), load_termination_limits(body_states, j)
+        s, limits = load_body_state(body_states, j), load_termination_limits(body_states, j)
         sound = (rotation_matrix(s.rotation).zz > limits.fall_tilt_cosine) & (
-            load_peaks(body_states, j).peak_penetration <= limits.max_penetration
+            load_peaks_and_last_upright_tick(body_states, j).peak_penetration <= limits.max_penetration
         )
         possible_end_flag_by_lane_out[j] = (
             0.0
@@ -328,7 +334,7 @@ def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> in
     """
     number = 0
     for j in range(active_lane_count):
-        s = load_state(body_states, j)
+        s = load_body_state(body_states, j)
         length = body_states[NEXT_STEP_LENGTH_ROW_OFFSET + j]
         least = (
             MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * body_states[REST_ACCELERATION_LIMIT_ROW_OFFSET + j] * GRAVITY

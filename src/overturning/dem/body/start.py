@@ -39,8 +39,9 @@ from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIME
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 (
-    store_body_constants, store_state, store_peaks, store_case_progress, store_termination_limits,
-    store_next_step_to_attempt, store_step_control,
+    store_body_constants, store_body_state, store_peaks_and_last_upright_tick, store_case_progress,
+    store_termination_limits,
+    store_next_step_to_attempt, store_step_lengths_and_doubling_counts,
 ) = (
     STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
     for of in (
@@ -81,8 +82,8 @@ def write_body_constants_and_initial_state(
         case_table_row.steps_before_doubling_after_contact_change,
         case_table_row.long_steps_before_doubling,
     )
-    store_step_control(body_states, lane, case_step_control)
-    store_state(body_states, lane, begin)
+    store_step_lengths_and_doubling_counts(body_states, lane, case_step_control)
+    store_body_state(body_states, lane, begin)
     store_next_step_to_attempt(
         body_states,
         lane,
@@ -90,7 +91,7 @@ def write_body_constants_and_initial_state(
             case_table_row.min_allowed_step_ticks, case_table_row.steps_before_doubling_after_contact_change, 0.0
         ),
     )
-    store_peaks(
+    store_peaks_and_last_upright_tick(
         body_states,
         lane,
         BodyPeaksAndLastUprightTick(

@@ -14,7 +14,7 @@ MAX_ENERGY_ERROR_TO_INPUT_ENERGY_RATIO: Final = 1e-2
 STEP_DIVISOR_PER_RERUN: Final = 4
 """Refinement factor for each rerun of a case whose energy does not balance."""
 
-MAX_RERUNS: Final = 2
+MAX_RERUNS_UNTIL_ENERGY_BALANCES: Final = 2
 """Maximum number of reruns before a case is marked unstable."""
 
 
@@ -25,7 +25,7 @@ def rerun_until_energy_balances_or_mark_unstable(
 ) -> None:
     """Simulate cases; repeat, at most twice and with finer steps, those with an energy error above 1 % of the input.
 
-    Cases whose energy still does not balance after `MAX_RERUNS` reruns get the status `unstable`.
+    Cases whose energy still does not balance after `MAX_RERUNS_UNTIL_ENERGY_BALANCES` reruns get the status `unstable`.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def rerun_until_energy_balances_or_mark_unstable(
         of the energy balance over the input energy.
     """
     rows = np.arange(status_by_case.size)
-    for again in range(1 + MAX_RERUNS):
+    for again in range(1 + MAX_RERUNS_UNTIL_ENERGY_BALANCES):
         simulate_rows_with_step_divisor(rows, STEP_DIVISOR_PER_RERUN**again)
         rows = rows[
             (status_by_case[rows] == CaseStatus.SIMULATED)

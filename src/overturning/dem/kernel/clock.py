@@ -84,7 +84,7 @@ STACK_STEP_CONTROL: Final = BODY_STEP_CONTROL._replace(
     max_contact_change_step_times_omega=0.2, ticks_per_whole_step=2.0**13
 )
 
-MAX_SLIDING_STEP_IN_SAMPLES: Final = 0.25
+MAX_STEP_IN_SAMPLES_WHILE_ALL_CONTACTS_SLIDE: Final = 0.25
 """Longest step of a body that slides on all its contacts, in samples; it could stop or start within a longer one."""
 
 MAX_SLIP_ONSET_STEP_IN_SAMPLES: Final = 0.0625
@@ -197,7 +197,12 @@ def decide_rejection_sliding_and_next_step(
         (attempted_step.remaining_steps_before_lengthening <= 1.0)
         & (length < longest)
         & fits
-        & (not (contact_changes.slides_on_all_points & (above > MAX_SLIDING_STEP_IN_SAMPLES * ticks_per_sample)))
+        & (
+            not (
+                contact_changes.slides_on_all_points
+                & (above > MAX_STEP_IN_SAMPLES_WHILE_ALL_CONTACTS_SLIDE * ticks_per_sample)
+            )
+        )
     )
     left = (
         (

@@ -19,7 +19,7 @@ MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO: Final = 0.05
 MAX_TILT_RATIO_AT_REST: Final = 0.01
 """Largest lean of a body at rest, as a share of its tipping angle."""
 
-MAX_TILT_RATIO_OF_STANDING_BODY: Final = 0.95
+MAX_LATE_TILT_RATIO_COUNTED_AS_STANDING: Final = 0.95
 """Tilt over the critical angle below which the tilt of a standing body stays on a base at rest.
 
 A cylinder that wobbles on its rim loses no energy, and its largest tilt repeats to 0.1 %."""

@@ -14,10 +14,10 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 SAMPLES_PER_REST_CHECK_BLOCK: Final = 8
 """Number of samples in a block; samples of a body at rest are skipped in whole blocks."""
 
-LEAD_TIME_BEFORE_STRONG_MOTION_S: Final = 0.5
+LEAD_TIME_BEFORE_POSSIBLE_MOVEMENT_S: Final = 0.5
 """Simulated time before the input motion can move a body at rest, s; its springs then match the motion."""
 
-REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK: Final = 2
+CHECKED_SAMPLES_PER_REST_CHECK_BLOCK: Final = 2
 """Number of samples, at the start of each block, at which rest is tested; with one, a long step could skip it."""
 
 VERTICAL_ACCELERATION_FACTOR_IN_REST_TEST: Final = 2.0
@@ -36,10 +36,10 @@ class BaseAccelerationsAndMaximaInWindowAhead(NamedTuple):
     upward_acceleration: FloatArray | None
     """Upward acceleration, m/s², shape (samples + 3,). None compiles a kernel without vertical motion."""
     max_abs_horizontal_acceleration_by_rest_check: FloatArray
-    """Largest horizontal acceleration ahead, shape (directions, blocks, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK),
+    """Largest horizontal acceleration ahead, shape (directions, blocks, CHECKED_SAMPLES_PER_REST_CHECK_BLOCK),
     m/s²."""
     max_abs_vertical_acceleration_by_rest_check: FloatArray
-    """Largest vertical acceleration ahead, up or down, shape (blocks, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK),
+    """Largest vertical acceleration ahead, up or down, shape (blocks, CHECKED_SAMPLES_PER_REST_CHECK_BLOCK),
     m/s²."""
 
 
@@ -94,7 +94,7 @@ def max_acceleration_in_window_by_rest_check(
 ) -> FloatArray:
     """Return the largest base acceleration in a time window after each sample at which rest is tested.
 
-    Only the next `SAMPLES_PER_REST_CHECK_BLOCK` samples and the time `LEAD_TIME_BEFORE_STRONG_MOTION_S` count; the
+    Only the next `SAMPLES_PER_REST_CHECK_BLOCK` samples and the time `LEAD_TIME_BEFORE_POSSIBLE_MOVEMENT_S` count; the
     value is infinite if the block ends after the record. The maximum of each block is shared by all windows that
     contain it; sample by sample, this took half of the time of a sweep for long records.
 
@@ -107,46 +107,44 @@ def max_acceleration_in_window_by_rest_check(
 
     Returns
     -------
-    ndarray, shape (…, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK)
+    ndarray, shape (…, samples // SAMPLES_PER_REST_CHECK_BLOCK + 1, CHECKED_SAMPLES_PER_REST_CHECK_BLOCK)
         Values for the first samples of each block, m/s².
     """
     samples = acceleration_magnitude_by_sample_m_s2.shape[-1] - 3
     window, count = (
-        SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_STRONG_MOTION_S / sampling_interval)) + 1,
+        SAMPLES_PER_REST_CHECK_BLOCK + int(np.ceil(LEAD_TIME_BEFORE_POSSIBLE_MOVEMENT_S / sampling_interval)) + 1,
         samples // SAMPLES_PER_REST_CHECK_BLOCK + 1,
     )
     padded = np.zeros((count + window // SAMPLES_PER_REST_CHECK_BLOCK + 1, SAMPLES_PER_REST_CHECK_BLOCK))
     late = [
         SAMPLES_PER_REST_CHECK_BLOCK * np.arange(count) + look > samples - SAMPLES_PER_REST_CHECK_BLOCK
-        for look in range(REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK)
+        for look in range(CHECKED_SAMPLES_PER_REST_CHECK_BLOCK)
     ]
     rows = acceleration_magnitude_by_sample_m_s2.reshape(-1, acceleration_magnitude_by_sample_m_s2.shape[-1])
-    ahead = np.empty((len(rows), count, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK))
+    ahead = np.empty((len(rows), count, CHECKED_SAMPLES_PER_REST_CHECK_BLOCK))
     # One direction at a time: its samples fit into the processor's cache.
     for row, found in zip(rows, ahead, strict=True):
         padded.flat[: samples + 1] = row[: samples + 1]
         by_place = np.ascontiguousarray(padded.T)
         whole = by_place.max(axis=0)
-        for look in range(REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK):
+        for look in range(CHECKED_SAMPLES_PER_REST_CHECK_BLOCK):
             # The window covers the rest of its own block, `further` whole blocks, and `left` samples of the last.
             further, left = divmod(window - (SAMPLES_PER_REST_CHECK_BLOCK - look), SAMPLES_PER_REST_CHECK_BLOCK)
             parts = [*by_place[look:, :count], *(whole[block : block + count] for block in range(1, 1 + further))]
             parts += [*by_place[:left, 1 + further : 1 + further + count]]
             found[:, look] = np.where(late[look], np.inf, reduce(np.maximum, parts))
-    return ahead.reshape(
-        *acceleration_magnitude_by_sample_m_s2.shape[:-1], count, REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK
-    )
+    return ahead.reshape(*acceleration_magnitude_by_sample_m_s2.shape[:-1], count, CHECKED_SAMPLES_PER_REST_CHECK_BLOCK)
 
 
 @njit(**INLINE_OPTIONS)
 def is_rest_check_sample(current_sample: float) -> bool:
     """True if the program tests at this sample whether a body is at rest, so that samples can be skipped.
 
-    These are the first `REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK` samples of each block of
+    These are the first `CHECKED_SAMPLES_PER_REST_CHECK_BLOCK` samples of each block of
     `SAMPLES_PER_REST_CHECK_BLOCK` samples.
     """
     blocks = current_sample * (1.0 / SAMPLES_PER_REST_CHECK_BLOCK)
-    return blocks - math.floor(blocks) < REST_CHECK_COUNT_AT_START_OF_SAMPLE_BLOCK / SAMPLES_PER_REST_CHECK_BLOCK
+    return blocks - math.floor(blocks) < CHECKED_SAMPLES_PER_REST_CHECK_BLOCK / SAMPLES_PER_REST_CHECK_BLOCK
 
 
 @njit(**INLINE_OPTIONS)

@@ -118,7 +118,7 @@ ELEMENT_RESULT_TABLE_DTYPE: Final = table_dtype_of_named_tuples(ElementResultRow
 MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_SIDE: Final = 1e-9
 """Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""
 
-MIN_MASS_RATIO_TO_HEAVIEST_FOR_FLAT_LANDING: Final = 0.1
+MIN_MASS_TO_HEAVIEST_FOR_FLAT_LANDING_RULE: Final = 0.1
 """Smallest mass of an element for which the rule of flat landings is applied, over the heaviest free element's."""
 
 MIN_LYING_ROTATION_OVER_ROTATION_ONTO_FACE: Final = 0.999
@@ -315,7 +315,7 @@ def pair_uses_flat_landing_rule(elements: list[PlacedElement], element_index_a: 
     """
     heaviest = max(item.mass for item in elements if not item.has_prescribed_motion)
     return all(
-        elements[n].has_prescribed_motion or elements[n].mass >= MIN_MASS_RATIO_TO_HEAVIEST_FOR_FLAT_LANDING * heaviest
+        elements[n].has_prescribed_motion or elements[n].mass >= MIN_MASS_TO_HEAVIEST_FOR_FLAT_LANDING_RULE * heaviest
         for n in (element_index_a, element_index_b)
     )
 

@@ -29,11 +29,11 @@ from overturning.dem.polygon.resting import (
 from overturning.dem.polygon.state import ElementState
 from overturning.model.status import CaseStatus
 
-MAX_SAFE_TILT_OVER_CRITICAL_ANGLE: Final = 0.1
+MAX_TILT_OVER_CRITICAL_ANGLE_TO_STAND_FOR_GOOD: Final = 0.1
 """Largest rotation, over α, of an element that stands for good if the rest of the record cannot lift or slide it."""
-MAX_SAFE_SLIP_OVER_HALF_HEIGHT: Final = 1.0
+MAX_SLIP_OVER_HALF_HEIGHT_TO_STAND_FOR_GOOD: Final = 1.0
 """Largest slip, over half its height, of an element that stands for good."""
-MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY: Final = 0.1
+MAX_KINETIC_OVER_OVERTURNING_ENERGY_TO_STAND: Final = 0.1
 """Largest kinetic energy of an element that stands for good, over the energy needed to overturn it; also of all free
 elements, over the smallest energy needed to overturn one."""
 
@@ -85,7 +85,7 @@ def case_status(
     calm = (
         fallen > 0
         and safe == standing
-        and moving < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * limits.min_overturning_energy
+        and moving < MAX_KINETIC_OVER_OVERTURNING_ENERGY_TO_STAND * limits.min_overturning_energy
     )
     if standing == 0 or (
         calm
@@ -344,11 +344,12 @@ def remaining_motion_cannot_move_standing_groups(
 def element_tilt_slip_and_energy_are_small(element: ElementState, energy_needed_to_overturn: float) -> bool:
     """True if tilt, slip and kinetic energy of an element are small shares of those at which it could fall."""
     return bool(
-        abs(element.pose.angle) < MAX_SAFE_TILT_OVER_CRITICAL_ANGLE * element.constants.critical_or_fall_angle
+        abs(element.pose.angle)
+        < MAX_TILT_OVER_CRITICAL_ANGLE_TO_STAND_FOR_GOOD * element.constants.critical_or_fall_angle
         and abs(element.slip_fall_side_and_last_upright_time.current_slip_on_support)
-        < MAX_SAFE_SLIP_OVER_HALF_HEIGHT
+        < MAX_SLIP_OVER_HALF_HEIGHT_TO_STAND_FOR_GOOD
         * abs(element.rest_pose_and_slip_measurement_points.base_point_z_in_element_axes)
-        and element_kinetic_energy(element) < MAX_SAFE_KINETIC_OVER_OVERTURNING_ENERGY * energy_needed_to_overturn
+        and element_kinetic_energy(element) < MAX_KINETIC_OVER_OVERTURNING_ENERGY_TO_STAND * energy_needed_to_overturn
     )
 
 

@@ -50,7 +50,7 @@ from overturning.dem.polygon.state import (
 MAX_VIBRATION_RESOLVING_STEP_IN_SHORTEST_STEPS: Final = SCENE_STEP_CONTROL.max_predicted_force_step_in_shortest_steps
 """Longest step, over the case's shortest step, that resolves the vibration of the contacts."""
 
-MIN_NORMAL_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE: Final = 0.25
+MIN_RELATIVE_MOBILITY_OF_SLIDING_POINT: Final = 0.25
 """Least opening acceleration per normal force at a sliding contact point, over that of two free particles with the
 masses of its elements; a point below it sticks."""
 
@@ -140,7 +140,7 @@ def predict_planar_contact_point(
         on,
         slides,
         signed_friction_coefficient_or_zero_if_sticking,
-        freedom > MIN_NORMAL_TO_FREE_PARTICLE_MOBILITY_TO_SLIDE * particles,
+        freedom > MIN_RELATIVE_MOBILITY_OF_SLIDING_POINT * particles,
     )
 
 
@@ -271,10 +271,10 @@ def add_pair_contact_terms_to_equations(
         g2 = predict_planar_contact_point(law, old.point_2, slid_2, two, segment, both, kind)
         p1, f1, slid_1 = planar_contact_matrix_forces_and_signed_friction(law, half, point_1, g1, g2)
         p2, f2, slid_2 = planar_contact_matrix_forces_and_signed_friction(law, half, point_2, g2, g1)
-        rows.store_stretch_and_assumed_friction_at_point_1(
+        rows.store_predicted_stretch_and_friction_at_point_1(
             pair_state_rows, j, PredictedStretchAndAssumedFriction(g1.tangential_spring_stretch, slid_1)
         )
-        rows.store_stretch_and_assumed_friction_at_point_2(
+        rows.store_predicted_stretch_and_friction_at_point_2(
             pair_state_rows, j, PredictedStretchAndAssumedFriction(g2.tangential_spring_stretch, slid_2)
         )
         add_pair_contact_matrix_to_equation_submatrices(

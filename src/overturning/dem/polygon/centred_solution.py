@@ -264,7 +264,7 @@ def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> 
     for j in range(rows.PARALLEL_CASE_COUNT):
         step, decision = (
             rows.load_intermediate_step_results(pair_state_rows, j),
-            rows.load_scene_state(scene_state_rows, j).step_acceptance,
+            rows.load_scene_state(scene_state_rows, j).step_decision_and_next_attempt,
         )
         rows.store_contact_history_unless_rejected(
             pair_state_rows, j, decision.positive_if_rejected > 0.0, step.contact_state_after_step

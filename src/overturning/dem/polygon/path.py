@@ -23,7 +23,13 @@ from overturning.dem.polygon.state import CONTACT_CODE_OPEN, CONTACT_CODE_VERTEX
 TIME_COLUMN, BASE_ACCELERATION_COLUMN = range(2)
 TRAJECTORY_COLUMNS_PER_ELEMENT: Final = 6
 """Columns of an element: x, z, rotation and their rates."""
-FORCE_X_COLUMN, FORCE_Z_COLUMN, NORMAL_FORCE_COLUMN, NORMAL_FORCE_TIMES_X_COLUMN, NORMAL_FORCE_TIMES_Z_COLUMN = range(5)
+(
+    FORCE_X_COLUMN_OFFSET,
+    FORCE_Z_COLUMN_OFFSET,
+    NORMAL_FORCE_COLUMN_OFFSET,
+    NORMAL_FORCE_TIMES_X_COLUMN_OFFSET,
+    NORMAL_FORCE_TIMES_Z_COLUMN_OFFSET,
+) = range(5)
 TRAJECTORY_COLUMNS_PER_CONTACT_POINT: Final = 5
 """Columns of an end: mean force on the pair's first element until the next sample (x, z), mean normal force, and
 mean of normal force × place (x, z)."""
@@ -87,11 +93,11 @@ def add_first_case_contact_forces_to_trajectory(
                 + TRAJECTORY_COLUMNS_PER_ELEMENT * scene_arrays.fall_and_support_table.shape[1]
                 + TRAJECTORY_COLUMNS_PER_CONTACT_POINT * (2 * p + end)
             )
-            trajectory_rows[trajectory_row_index, at + FORCE_X_COLUMN] += n * nx + tangent * nz
-            trajectory_rows[trajectory_row_index, at + FORCE_Z_COLUMN] += n * nz - tangent * nx
-            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_COLUMN] += n
-            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_X_COLUMN] += n * (a.x + rx)
-            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_Z_COLUMN] += n * (a.z + rz)
+            trajectory_rows[trajectory_row_index, at + FORCE_X_COLUMN_OFFSET] += n * nx + tangent * nz
+            trajectory_rows[trajectory_row_index, at + FORCE_Z_COLUMN_OFFSET] += n * nz - tangent * nx
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_COLUMN_OFFSET] += n
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_X_COLUMN_OFFSET] += n * (a.x + rx)
+            trajectory_rows[trajectory_row_index, at + NORMAL_FORCE_TIMES_Z_COLUMN_OFFSET] += n * (a.z + rz)
 
 
 def count_trajectory_columns(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> int:
@@ -110,7 +116,10 @@ def planar_trajectory_of_scene(
     placed, ends = prepared_scene.elements, 2 * len(prepared_scene.pairs)
     poses_end = 2 + TRAJECTORY_COLUMNS_PER_ELEMENT * len(placed)
     forces = trajectory_rows[:, poses_end:].reshape(len(trajectory_rows), ends, TRAJECTORY_COLUMNS_PER_CONTACT_POINT)
-    force, load = forces[:, :, [FORCE_X_COLUMN, FORCE_Z_COLUMN]], forces[:, :, [NORMAL_FORCE_COLUMN]]
+    force, load = (
+        forces[:, :, [FORCE_X_COLUMN_OFFSET, FORCE_Z_COLUMN_OFFSET]],
+        forces[:, :, [NORMAL_FORCE_COLUMN_OFFSET]],
+    )
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared_scene.pairs):
         # Force on the later element, which stands on the earlier one; on the earlier one if the later is fixed.
@@ -130,7 +139,7 @@ def planar_trajectory_of_scene(
             len(trajectory_rows), len(placed), TRAJECTORY_COLUMNS_PER_ELEMENT
         ),
         mean_contact_forces_until_next_row=force,
-        contact_force_points=forces[:, :, [NORMAL_FORCE_TIMES_X_COLUMN, NORMAL_FORCE_TIMES_Z_COLUMN]]
+        contact_force_points=forces[:, :, [NORMAL_FORCE_TIMES_X_COLUMN_OFFSET, NORMAL_FORCE_TIMES_Z_COLUMN_OFFSET]]
         / np.where(load > 0.0, load, np.nan),
         contact_element_names=contacts,
     )

@@ -205,7 +205,7 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
         scene_arrays.fall_and_support_table[int(case.scene_variant_index)],
         case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks,
     )
-    if case.step_acceptance.positive_if_rejected > 0.0:
+    if case.step_decision_and_next_attempt.positive_if_rejected > 0.0:
         return False
     for i in range(elements.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)

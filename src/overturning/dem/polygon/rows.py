@@ -61,7 +61,9 @@ _, store_vertical_base_acceleration, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer
 _, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     SceneStateAndConstants, "current_step_length_and_repetitions"
 )
-_, store_step_acceptance, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneStateAndConstants, "step_acceptance")
+_, store_step_decision_and_next_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+    SceneStateAndConstants, "step_decision_and_next_attempt"
+)
 _, store_largest_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(SceneStateAndConstants, "contact_changes")
 create_zero_step_contact_changes = create_tuple_sum_difference_and_maximum_functions(StepContactChangesAsFloats).zero
 load_element_state, _, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState)
@@ -87,13 +89,13 @@ _, store_motion_since_first_pair_suspended, _ = ELEMENT_ROW_LAYOUT.tuple_reader_
 _, store_slip_and_fall_state, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
     ElementState, "slip_fall_side_and_last_upright_time"
 )
-load_rest_pose_and_slip_points, store_rest_pose_and_slip_points, _ = ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(
-    ElementState, "rest_pose_and_slip_measurement_points"
+load_rest_pose_and_slip_measurement_points, store_rest_pose_and_slip_measurement_points, _ = (
+    ELEMENT_ROW_LAYOUT.tuple_reader_and_writer(ElementState, "rest_pose_and_slip_measurement_points")
 )
 load_pair_state, _, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState)
 _, store_nearest_face_of_a, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_a")
 _, store_nearest_face_of_b, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "nearest_face_of_b")
-_, store_contact_vertex_ranges, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+_, store_vertex_contact_limits, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairState, "ranges_where_vertices_touch_opposite_faces"
 )
 _, store_contact_law, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(PairState, "contact_law")
@@ -113,10 +115,10 @@ _, store_contact_segment, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     "contact_segment",
     ("cosine_of_angle_between_outward_normals", "sine_of_angle_between_outward_normals", "is_in_contact"),
 )
-_, store_stretch_and_assumed_friction_at_point_1, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+_, store_predicted_stretch_and_friction_at_point_1, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairContactResultsDuringStep, "predicted_stretch_and_friction_at_point_1"
 )
-_, store_stretch_and_assumed_friction_at_point_2, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
+_, store_predicted_stretch_and_friction_at_point_2, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
     PairContactResultsDuringStep, "predicted_stretch_and_friction_at_point_2"
 )
 _, store_history_after_step, _ = PAIR_ROW_LAYOUT.tuple_reader_and_writer(
@@ -129,7 +131,7 @@ _SINGLY_ACCESSED_CASE_FIELD_PATHS = (
     "interval_index_of_last_case_end_test "
     "last_sample_of_continued_sliding_case.end_sample_while_sliding_or_zero_if_unknown "
     "current_step_length_and_repetitions.length_in_ticks "
-    "contact_changes.contact_or_nearest_faces_changed step_acceptance.positive_if_rejected"
+    "contact_changes.contact_or_nearest_faces_changed step_decision_and_next_attempt.positive_if_rejected"
 )
 (
     TICKS_SINCE_SAMPLE_START_ROW_OFFSET,

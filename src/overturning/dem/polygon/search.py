@@ -215,7 +215,7 @@ def update_nearest_faces_and_contact_history(
     if changed:
         rows.store_nearest_face_of_a(pair_state_rows, lane, polygon_face(face_table_of_a, best.face_index_of_a))
         rows.store_nearest_face_of_b(pair_state_rows, lane, polygon_face(face_table_of_b, best.face_index_of_b))
-        rows.store_contact_vertex_ranges(
+        rows.store_vertex_contact_limits(
             pair_state_rows,
             lane,
             ranges_where_vertices_touch_opposite_faces(

@@ -31,11 +31,11 @@ def shift_rest_position_by_motion_of_held_support(element_state_rows: Any, suppo
     for j in range(rows.PARALLEL_CASE_COUNT):
         pose, at, home = (
             rows.load_pose(support_state_rows, j),
-            rows.load_rest_pose_and_slip_points(support_state_rows, j),
-            rows.load_rest_pose_and_slip_points(element_state_rows, j),
+            rows.load_rest_pose_and_slip_measurement_points(support_state_rows, j),
+            rows.load_rest_pose_and_slip_measurement_points(element_state_rows, j),
         )
         x, z = pose.x - at.centre_x, pose.z - at.centre_z
-        rows.store_rest_pose_and_slip_points(element_state_rows, j, ElementRestPoseAndSlipMeasurementPoints(
+        rows.store_rest_pose_and_slip_measurement_points(element_state_rows, j, ElementRestPoseAndSlipMeasurementPoints(
             home.slip_reference_point_x_in_element_axes, home.base_point_z_in_element_axes,
             home.base_point_x_in_support_axes, home.base_point_z_in_support_axes,
             home.centre_x + x, home.centre_z + z, home.fallen_if_centre_z_below + z,

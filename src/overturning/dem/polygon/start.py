@@ -60,7 +60,7 @@ def write_initial_case_state(
             case_step_length_settings=case_step_length_settings,
             current_step_length_and_repetitions=first,
             contact_changes=rows.create_zero_step_contact_changes(),
-            step_acceptance=StepDecisionAndNextAttempt(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
+            step_decision_and_next_attempt=StepDecisionAndNextAttempt(0.0, 0.0, NextStepToAttempt(0.0, 0.0, 0.0)),
             amplitude_factor=case_parameter_row.amplitude_factor,
             max_base_acceleration_without_motion_g=case_parameter_row.max_base_acceleration_without_motion_g,
             current_sample=case_parameter_row.first_simulated_sample,

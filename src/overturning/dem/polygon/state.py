@@ -56,7 +56,7 @@ class SceneStateAndConstants(NamedTuple):
     """Length of the present step, and its number of repetitions."""
     contact_changes: StepContactChangesAsFloats
     """Contact changes in the present step."""
-    step_acceptance: StepDecisionAndNextAttempt
+    step_decision_and_next_attempt: StepDecisionAndNextAttempt
     """Decision on the present step."""
     amplitude_factor: float
     """Factor on the base accelerations of the record."""

@@ -129,7 +129,7 @@ def store_element_state_of_accepted_step(
             case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks,
             item.predicted,
             item.step_motion_with_work_and_peaks_so_far,
-            case.step_acceptance.positive_if_rejected > 0.0,
+            case.step_decision_and_next_attempt.positive_if_rejected > 0.0,
         )
         half, tick, d, p = (
             0.5 * dt,
@@ -207,7 +207,7 @@ def accept_or_reject_steps(scene_state_rows: Any, ticks_per_sample: float) -> No
             tick,
             ticks_per_sample,
         )
-        rows.store_step_acceptance(
+        rows.store_step_decision_and_next_attempt(
             scene_state_rows, j, StepDecisionAndNextAttempt(1.0 if again else 0.0, 1.0 if sooner else 0.0, then)
         )
 
@@ -220,10 +220,10 @@ def advance_accepted_steps_and_set_next_attempts(scene_state_rows: Any) -> None:
         tick = case.base_acceleration.ticks_since_sample_start
         scene_state_rows[rows.TICKS_SINCE_SAMPLE_START_ROW_OFFSET + j] = (
             tick
-            if case.step_acceptance.positive_if_rejected > 0.0
+            if case.step_decision_and_next_attempt.positive_if_rejected > 0.0
             else tick + case.current_step_length_and_repetitions.length_in_ticks
         )
-        rows.store_next_step_to_attempt(scene_state_rows, j, case.step_acceptance.next_attempt)
+        rows.store_next_step_to_attempt(scene_state_rows, j, case.step_decision_and_next_attempt.next_attempt)
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)

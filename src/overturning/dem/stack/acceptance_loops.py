@@ -20,7 +20,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL, StepContactChanges, decide_rejection_sliding_and_next_step
 from overturning.dem.kernel.lanes import (
     NO_ALIAS_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
     select,
 )
 from overturning.dem.kernel.mechanics import updated_maximum
@@ -28,26 +28,26 @@ from overturning.dem.stack.access import (
     IS_SIMULATED_ROW_OFFSET,
     load_clock_within_sample,
     load_energy_account,
-    load_energy_losses,
     load_force_sums,
     load_gravity_and_inertial_acceleration,
-    load_inertial_accelerations_until_next_sample,
+    load_inertial_and_upward_base_accelerations,
     load_joint_state_at_step_end,
     load_largest_contact_changes,
     load_next_step_to_attempt,
-    load_peaks,
+    load_peaks_and_last_upright_tick,
     load_point_state_at_step_end,
+    load_power_loss_and_lost_spring_energy,
     load_predicted_stone,
-    load_rejection,
-    load_step_control,
+    load_step_lengths_and_doubling_counts,
+    load_step_rejection_flags,
     load_stone_constants,
     load_tick_length_failure_and_rest_limits,
     load_velocity_correction,
     store_clock_within_sample,
-    store_energy_account_unless_rejected,
+    store_energy_and_penetration_unless_rejected,
     store_joint_state_at_step_start_unless_rejected,
     store_next_step_to_attempt,
-    store_peaks_unless_rejected,
+    store_peaks_and_upright_tick_unless_rejected,
     store_point_state_at_step_start_unless_rejected,
     store_step_rejection_flags,
     store_stone_state_unless_rejected,
@@ -72,14 +72,14 @@ SLID_AT_STEP_END_ROW_OFFSET = JOINT_ROW_LAYOUT.row_offset_of_field(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ticks_per_sample: float) -> None:
     """Decide whether each stack's step is accepted, advance its clock if so, and choose the next attempt's length."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         attempt = load_next_step_to_attempt(case_rows, j)
         most = load_largest_contact_changes(case_rows, j)
         time = load_clock_within_sample(case_rows, j)
         inertial = load_gravity_and_inertial_acceleration(case_rows, j)
         at_end = Vector3(inertial.x, inertial.y, -(inertial.z + GRAVITY))
         steady = base_acceleration_allows_sample_long_steps(
-            load_inertial_accelerations_until_next_sample(case_rows, j),
+            load_inertial_and_upward_base_accelerations(case_rows, j),
             at_end,
             ticks_per_sample,
             load_tick_length_failure_and_rest_limits(case_rows, j).max_base_acceleration_for_sample_long_steps_g,
@@ -96,7 +96,7 @@ def decide_step_acceptance_and_advance_clock(case_rows: Any, lane_count: int, ti
         )
         again, sooner, following = decide_rejection_sliding_and_next_step(
             STACK_STEP_CONTROL,
-            load_step_control(case_rows, j),
+            load_step_lengths_and_doubling_counts(case_rows, j),
             attempt,
             findings,
             time.ticks_since_sample_start + attempt.length_in_ticks,
@@ -123,14 +123,14 @@ def store_stone_and_add_work_if_step_accepted(
 
     With the lowest stone the losses of the step are added too.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         half = load_clock_within_sample(case_rows, j).half_step_length_s
-        again = load_rejection(case_rows, j).is_step_rejected > 0.0
+        again = load_step_rejection_flags(case_rows, j).is_step_rejected > 0.0
         push = load_gravity_and_inertial_acceleration(case_rows, j)
         constants, p = load_stone_constants(stone_rows, j), load_predicted_stone(stone_rows, j)
         change = load_velocity_correction(stone_rows, j)
         total = load_force_sums(stone_rows, j)
-        peaks = load_peaks(stone_rows, j)
+        peaks = load_peaks_and_last_upright_tick(stone_rows, j)
         present = stone_rows[IS_SIMULATED_ROW_OFFSET + j] > 0.0
         one = 1.0 / constants.mass
         f = total.force_and_moment_at_step_end.force_or_velocity
@@ -160,7 +160,7 @@ def store_stone_and_add_work_if_step_accepted(
                 contact_moment_per_mass=moment,
             ),
         )
-        store_peaks_unless_rejected(stone_rows, j, skip, StonePeakLeanAndLastUprightTick(
+        store_peaks_and_upright_tick_unless_rejected(stone_rows, j, skip, StonePeakLeanAndLastUprightTick(
             updated_maximum(peaks.peak_lean_as_continued_squared_sine, lean),
             select(
                 lean < constants.critical_lean_squared_sine_on_contact_at_rest, tick, peaks.last_upright_tick_in_sample
@@ -168,7 +168,7 @@ def store_stone_and_add_work_if_step_accepted(
         ))  # fmt: skip
         power = (push.x * velocity.x + push.y * velocity.y) + (push.z + GRAVITY) * velocity.z
         power = constants.mass * power if present else 0.0
-        account, losses = load_energy_account(case_rows, j), load_energy_losses(case_rows, j)
+        account, losses = load_energy_account(case_rows, j), load_power_loss_and_lost_spring_energy(case_rows, j)
         if none_unless_lowest_stone is not None:
             account = StackEnergyAccountAndPeakPenetration(
                 account.base_motion_work + half * account.base_motion_power_at_step_end,
@@ -183,7 +183,7 @@ def store_stone_and_add_work_if_step_accepted(
                     account.peak_penetration, load_largest_contact_changes(case_rows, j).largest_penetration
                 ),
             )
-        store_energy_account_unless_rejected(case_rows, j, again, StackEnergyAccountAndPeakPenetration(
+        store_energy_and_penetration_unless_rejected(case_rows, j, again, StackEnergyAccountAndPeakPenetration(
             account.base_motion_work + half * power, account.dissipated_or_removed_energy,
             account.base_motion_power_at_step_end + power,
             account.dissipated_power_at_step_end, account.peak_penetration
@@ -193,8 +193,8 @@ def store_stone_and_add_work_if_step_accepted(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Store two stones' new contact state in stacks whose step is accepted; in others at most whether they slid."""
-    for j in range(assume_vector_multiple(lane_count)):
-        rejected, slid = load_rejection(case_rows, j), joint_rows[SLID_AT_STEP_END_ROW_OFFSET + j]
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        rejected, slid = load_step_rejection_flags(case_rows, j), joint_rows[SLID_AT_STEP_END_ROW_OFFSET + j]
         store_joint_state_at_step_start_unless_rejected(
             joint_rows, j, rejected.is_step_rejected > 0.0, load_joint_state_at_step_end(joint_rows, j)
         )
@@ -206,10 +206,10 @@ def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lan
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_contact_point_states_after_attempted_steps(case_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Store a contact point's new state in the stacks whose step is accepted."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         store_point_state_at_step_start_unless_rejected(
             point_rows,
             j,
-            load_rejection(case_rows, j).is_step_rejected > 0.0,
+            load_step_rejection_flags(case_rows, j).is_step_rejected > 0.0,
             load_point_state_at_step_end(point_rows, j),
         )

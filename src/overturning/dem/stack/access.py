@@ -64,14 +64,16 @@ VALUE_COUNT_PER_POINT_IN_ALL_LANES: Final = POINT_ROW_LAYOUT.array_length
 slice_stone_rows = create_window_slicer(VALUE_COUNT_PER_STONE_IN_ALL_LANES, VALUE_COUNT_PER_CASE_IN_ALL_LANES)
 """Return the rows of a stone."""
 
-load_energy_account, store_energy_account, store_energy_account_unless_rejected = (
+load_energy_account, store_energy_account, store_energy_and_penetration_unless_rejected = (
     CASE_ROW_LAYOUT.tuple_reader_and_writer(StackEnergyAccountAndPeakPenetration)
 )
 load_next_step_to_attempt, store_next_step_to_attempt, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
 load_tick_length_failure_and_rest_limits, store_tick_length_failure_and_rest_limits, _ = (
     CASE_ROW_LAYOUT.tuple_reader_and_writer(StackTickLengthFailureAndRestLimits)
 )
-load_step_control, store_step_control, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts)
+load_step_lengths_and_doubling_counts, store_step_lengths_and_doubling_counts, _ = (
+    CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts)
+)
 load_case_progress, store_case_progress, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_largest_contact_changes, store_largest_contact_changes, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     LargestContactChangesOfStack
@@ -79,16 +81,16 @@ load_largest_contact_changes, store_largest_contact_changes, _ = CASE_ROW_LAYOUT
 load_gravity_and_inertial_acceleration, store_gravity_and_inertial_acceleration, _ = (
     CASE_ROW_LAYOUT.tuple_reader_and_writer(Vector3)
 )
-load_energy_losses, store_energy_losses, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactPowerLossAndLostSpringEnergy
+load_power_loss_and_lost_spring_energy, store_power_loss_and_lost_spring_energy, _ = (
+    CASE_ROW_LAYOUT.tuple_reader_and_writer(ContactPowerLossAndLostSpringEnergy)
 )
-load_rejection, store_step_rejection_flags, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
+load_step_rejection_flags, store_step_rejection_flags, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(
     StepRejectedAndSameContactStateFlags
 )
 load_rest_flag_and_acceleration_limits, store_rest_flag_and_acceleration_limits, _ = (
     CASE_ROW_LAYOUT.tuple_reader_and_writer(StackRestFlagAndAccelerationLimits)
 )
-load_inertial_accelerations_until_next_sample, store_inertial_accelerations_until_next_sample, _ = (
+load_inertial_and_upward_base_accelerations, store_inertial_and_upward_base_accelerations, _ = (
     CASE_ROW_LAYOUT.tuple_reader_and_writer(InertialAndUpwardBaseAccelerations3D)
 )
 load_clock_within_sample, store_clock_within_sample, _ = CASE_ROW_LAYOUT.tuple_reader_and_writer(StackClockWithinSample)
@@ -98,15 +100,17 @@ load_velocity_correction, store_velocity_correction, _ = STONE_ROW_LAYOUT.tuple_
     StoneVelocityCorrection
 )
 load_stone_constants, store_stone_constants, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneConstants)
-load_diagonal_block, store_diagonal_block, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(DiagonalBlockAndRightSide)
-load_correction_relation_to_stone_below, store_correction_relation_to_stone_below, _ = (
+load_diagonal_block_and_right_side, store_diagonal_block_and_right_side, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(
+    DiagonalBlockAndRightSide
+)
+load_velocity_correction_coefficients, store_velocity_correction_coefficients, _ = (
     STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneCorrectionFromStoneBelow)
 )
 load_fall_flags_and_last_upright_time, store_fall_flags_and_last_upright_time, _ = (
     STONE_ROW_LAYOUT.tuple_reader_and_writer(StoneFallState)
 )
-load_peaks, store_peaks, store_peaks_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(
-    StonePeakLeanAndLastUprightTick
+load_peaks_and_last_upright_tick, store_peaks_and_last_upright_tick, store_peaks_and_upright_tick_unless_rejected = (
+    STONE_ROW_LAYOUT.tuple_reader_and_writer(StonePeakLeanAndLastUprightTick)
 )
 load_predicted_stone, store_predicted_stone, _ = STONE_ROW_LAYOUT.tuple_reader_and_writer(PredictedStone)
 load_stone_state, store_stone_state, store_stone_state_unless_rejected = STONE_ROW_LAYOUT.tuple_reader_and_writer(
@@ -122,7 +126,9 @@ load_joint_equations, store_joint_equations, _ = JOINT_ROW_LAYOUT.tuple_reader_a
     PredictedJointForceAndDerivatives
 )
 load_relative_motion, store_relative_motion, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointRelativePoseAndVelocity)
-load_joint_friction, store_joint_friction, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(AssumedJointFrictionInStep)
+load_assumed_joint_friction_state, store_assumed_joint_friction_state, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+    AssumedJointFrictionInStep
+)
 load_joint_state_at_step_start, store_joint_state_at_step_start, store_joint_state_at_step_start_unless_rejected = (
     JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointAtStepStartAndEnd, "at_step_start")
 )
@@ -133,23 +139,25 @@ load_joint_wrench_or_velocity_change, store_joint_wrench_or_velocity_change, _ =
     )
 )
 load_joint_frame, store_joint_frame, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointFrameAxesAndOrigin)
-load_flat_landing_state, store_flat_landing_state, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    FlatLandingTimesLeftAndPointHeights
+load_flat_landing_times_and_point_heights, store_flat_landing_times_and_point_heights, _ = (
+    JOINT_ROW_LAYOUT.tuple_reader_and_writer(FlatLandingTimesLeftAndPointHeights)
 )
 load_joint_state_at_step_end, store_joint_state_at_step_end, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     JointAtStepStartAndEnd, "at_step_end"
 )
-load_normal_force_sums, store_normal_force_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
-    JointNormalForceSumsWithDerivatives
+load_normal_force_and_derivative_sums, store_normal_force_and_derivative_sums, _ = (
+    JOINT_ROW_LAYOUT.tuple_reader_and_writer(JointNormalForceSumsWithDerivatives)
 )
-load_sums_for_contact_normal, store_sums_for_contact_normal, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
+load_contact_load_sums_for_normal, store_contact_load_sums_for_normal, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     LoadSumsToFindContactNormal
 )
 load_joint_force_and_impulse_sums, store_joint_force_and_impulse_sums, _ = JOINT_ROW_LAYOUT.tuple_reader_and_writer(
     SolvedContactForceSums, "point_force_and_impulse_sums_at_step_end"
 )
 
-load_clipped_side, store_clipped_side, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(SidePartInContactPatch)
+load_side_part_in_contact_patch, store_side_part_in_contact_patch, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(
+    SidePartInContactPatch
+)
 load_point_state_at_step_end, store_point_state_at_step_end, _ = POINT_ROW_LAYOUT.tuple_reader_and_writer(
     JointPointAtStepStartAndEnd, "at_step_end"
 )
@@ -164,7 +172,9 @@ load_point_state_at_step_start, _, store_point_state_at_step_start_unless_reject
 
 add_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).plus
 create_zero_energy_losses = create_tuple_sum_difference_and_maximum_functions(ContactPowerLossAndLostSpringEnergy).zero
-larger_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfStack).largest
+larger_value_of_each_contact_change = create_tuple_sum_difference_and_maximum_functions(
+    LargestContactChangesOfStack
+).largest
 create_zero_contact_changes = create_tuple_sum_difference_and_maximum_functions(LargestContactChangesOfStack).zero
 
 IS_SIMULATED_ROW_OFFSET: Final = STONE_ROW_LAYOUT.row_offset_of_field(StoneFallState, "is_still_simulated")

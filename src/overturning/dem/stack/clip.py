@@ -9,16 +9,16 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
     create_window_slicer,
 )
 from overturning.dem.stack.access import (
     load_base_overhang_and_normal_slopes,
-    load_clipped_side,
     load_face_corner,
     load_point_position,
+    load_side_part_in_contact_patch,
     store_base_overhang_and_normal_slopes,
-    store_clipped_side,
+    store_side_part_in_contact_patch,
 )
 from overturning.dem.stack.joint_state import (
     JOINT_ROW_LAYOUT,
@@ -74,8 +74,8 @@ def clipped_side_with_length(side_part: SidePartInContactPatch, whole_side_lengt
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def start_clipping_with_whole_side(side_rows: Any, lane_count: int) -> None:
     """Start the clipping of a side of a face with the whole side, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
-        store_clipped_side(side_rows, j, SidePartInContactPatch(0.0, 1.0, 0.0))
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        store_side_part_in_contact_patch(side_rows, j, SidePartInContactPatch(0.0, 1.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -83,15 +83,15 @@ def clip_base_side_by_lower_side(
     base_side_rows: Any, next_base_corner_rows: Any, lower_side_rows: Any, lane_count: int
 ) -> None:
     """Clip a side of the upper stone's base by the line of one side of the lower face, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         a = load_point_position(base_side_rows, j)
         b = load_point_position(next_base_corner_rows, j)
         limit = load_face_corner(lower_side_rows, j)
-        store_clipped_side(
+        store_side_part_in_contact_patch(
             base_side_rows,
             j,
             clip_side_by_half_plane(
-                load_clipped_side(base_side_rows, j),
+                load_side_part_in_contact_patch(base_side_rows, j),
                 limit.next_side_distance_from_face_centre
                 - (
                     limit.next_side_outward_normal_x * a.x_in_lower_face_frame
@@ -111,16 +111,16 @@ def add_clipped_base_side_to_patch_perimeter(
     joint_rows: Any, base_side_rows: Any, next_base_corner_rows: Any, lane_count: int
 ) -> None:
     """Store the length of a clipped side of a stone's base, and add it to the contact patch's perimeter."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         a, b = load_point_position(base_side_rows, j), load_point_position(next_base_corner_rows, j)
         clip = clipped_side_with_length(
-            load_clipped_side(base_side_rows, j),
+            load_side_part_in_contact_patch(base_side_rows, j),
             math.sqrt(
                 (b.x_in_lower_face_frame - a.x_in_lower_face_frame) ** 2
                 + (b.y_in_lower_face_frame - a.y_in_lower_face_frame) ** 2
             ),
         )
-        store_clipped_side(base_side_rows, j, clip)
+        store_side_part_in_contact_patch(base_side_rows, j, clip)
         joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
 
 
@@ -168,7 +168,7 @@ def contact_normal_slope_at_crossing_sides(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_base_overhang_before_clipping(lower_side_rows: Any, lane_count: int) -> None:
     """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         store_base_overhang_and_normal_slopes(
             lower_side_rows, j, BaseOverhangAndContactNormalSlopesAtSide(-1e300, 0.0, 0.0)
         )
@@ -183,10 +183,13 @@ def clip_lower_side_and_update_overhang(
     lane_count: int,
 ) -> None:
     """Clip a side of the lower face by a side of the upper base; update overhang and normal slopes, in all stacks."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         a, b = load_point_position(base_side_start_corner_rows, j), load_point_position(base_side_end_corner_rows, j)
         c, d = load_face_corner(lower_side_rows, j), load_face_corner(next_lower_corner_rows, j)
-        old, rim = load_clipped_side(lower_side_rows, j), load_base_overhang_and_normal_slopes(lower_side_rows, j)
+        old, rim = (
+            load_side_part_in_contact_patch(lower_side_rows, j),
+            load_base_overhang_and_normal_slopes(lower_side_rows, j),
+        )
         new = clip_side_by_half_plane(
             old,
             double_signed_triangle_area(a, b, c.x_from_face_centre, c.y_from_face_centre),
@@ -197,7 +200,7 @@ def clip_lower_side_and_update_overhang(
             c.next_side_outward_normal_x * a.x_in_lower_face_frame
             + c.next_side_outward_normal_y * a.y_in_lower_face_frame
         ) - c.next_side_distance_from_face_centre
-        store_clipped_side(lower_side_rows, j, new)
+        store_side_part_in_contact_patch(lower_side_rows, j, new)
         store_base_overhang_and_normal_slopes(
             lower_side_rows,
             j,
@@ -220,15 +223,15 @@ def add_clipped_lower_side_to_patch_perimeter(
     joint_rows: Any, lower_side_rows: Any, next_lower_corner_rows: Any, lane_count: int
 ) -> None:
     """Store the length of a clipped side of the lower face, and add it to the contact patch's perimeter."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         c, d = load_face_corner(lower_side_rows, j), load_face_corner(next_lower_corner_rows, j)
         clip = clipped_side_with_length(
-            load_clipped_side(lower_side_rows, j),
+            load_side_part_in_contact_patch(lower_side_rows, j),
             math.sqrt(
                 (d.x_from_face_centre - c.x_from_face_centre) ** 2 + (d.y_from_face_centre - c.y_from_face_centre) ** 2
             ),
         )
-        store_clipped_side(lower_side_rows, j, clip)
+        store_side_part_in_contact_patch(lower_side_rows, j, clip)
         joint_rows[PATCH_PERIMETER_ROW_OFFSET + j] += clip.length
 
 

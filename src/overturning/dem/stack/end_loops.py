@@ -19,7 +19,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
     create_tuple_sum_difference_and_maximum_functions,
     select,
 )
@@ -27,16 +27,15 @@ from overturning.dem.stack.access import (
     STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET,
     USES_NON_CORNER_AT_STEP_END_ROW_OFFSET,
     add_energy_losses,
-    larger_contact_changes,
+    larger_value_of_each_contact_change,
+    load_assumed_joint_friction_state,
     load_clock_within_sample,
-    load_energy_losses,
-    load_flat_landing_state,
+    load_flat_landing_times_and_point_heights,
     load_force_sums,
     load_force_times_pressure_centre_distance,
     load_joint_constants,
     load_joint_force_and_impulse_sums,
     load_joint_frame,
-    load_joint_friction,
     load_joint_state_at_step_start,
     load_joint_wrench_or_velocity_change,
     load_largest_contact_changes,
@@ -44,12 +43,12 @@ from overturning.dem.stack.access import (
     load_point_position,
     load_point_state_at_step_end,
     load_point_state_at_step_start,
+    load_power_loss_and_lost_spring_energy,
     load_predicted_stone,
     load_relative_motion,
-    load_step_control,
+    load_step_lengths_and_doubling_counts,
     load_stone_constants,
     load_velocity_correction,
-    store_energy_losses,
     store_force_sums,
     store_force_times_pressure_centre_distance,
     store_joint_force_and_impulse_sums,
@@ -57,6 +56,7 @@ from overturning.dem.stack.access import (
     store_joint_wrench_or_velocity_change,
     store_largest_contact_changes,
     store_point_state_at_step_end,
+    store_power_loss_and_lost_spring_energy,
 )
 from overturning.dem.stack.joint import joint_contact_forces_and_state_at_step_end
 from overturning.dem.stack.joint_point import point_contact_forces_and_state_at_step_end
@@ -72,14 +72,18 @@ from overturning.dem.stack.landing import (
     point_contact_is_deferred,
     remaining_landing_time_of_new_contact,
 )
-from overturning.dem.stack.solve import shift_wrench_to_stone_centre, wrench_minus, wrench_plus
+from overturning.dem.stack.solve import (
+    add_wrenches_or_velocities,
+    shift_wrench_to_stone_centre,
+    subtract_wrenches_or_velocities,
+)
 from overturning.dem.stack.state import (
     ForceAndMomentOrVelocities,
     StoneContactForceSums,
     StoneVelocityCorrection,
 )
 
-add_point_force_and_impulse = create_tuple_sum_difference_and_maximum_functions(
+add_normal_force_and_early_impulse_sums = create_tuple_sum_difference_and_maximum_functions(
     NormalForceAndEarlyContactImpulseSums
 ).plus
 create_zero_normal_force_and_impulse_sums = create_tuple_sum_difference_and_maximum_functions(
@@ -120,7 +124,7 @@ def store_joint_velocity_change_and_clear_sums(
     marker_if_support_is_ground_else_none: Any,
 ) -> None:
     """Store the solved change of a stone's velocity relative to its support; clear their contact's force sums."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         stone, one = load_predicted_stone(upper_stone_rows, j), load_velocity_correction(upper_stone_rows, j)
         if marker_if_support_is_ground_else_none is None:
             below, (axes, origin) = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j)
@@ -143,11 +147,14 @@ def store_point_state_and_add_normal_force_to_joint(
     case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int
 ) -> None:
     """Compute a contact point's normal force and new state at the step end; add the force to its contact's sums."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         joint = load_joint_constants(joint_rows, j)
         frame = load_relative_motion(joint_rows, j)
         place = load_point_position(point_rows, j)
-        change, landing = load_joint_wrench_or_velocity_change(joint_rows, j), load_flat_landing_state(joint_rows, j)
+        change, landing = (
+            load_joint_wrench_or_velocity_change(joint_rows, j),
+            load_flat_landing_times_and_point_heights(joint_rows, j),
+        )
         old = load_point_state_at_step_start(point_rows, j)
         end, findings, losses, new = point_contact_forces_and_state_at_step_end(
             joint, frame, place, old, (change.force_or_velocity, change.moment_or_angular_velocity),
@@ -161,18 +168,22 @@ def store_point_state_and_add_normal_force_to_joint(
         )  # fmt: skip
         store_point_state_at_step_end(point_rows, j, new)
         store_joint_force_and_impulse_sums(
-            joint_rows, j, add_point_force_and_impulse(load_joint_force_and_impulse_sums(joint_rows, j), end)
+            joint_rows,
+            j,
+            add_normal_force_and_early_impulse_sums(load_joint_force_and_impulse_sums(joint_rows, j), end),
         )
         store_largest_contact_changes(
-            case_rows, j, larger_contact_changes(load_largest_contact_changes(case_rows, j), findings)
+            case_rows, j, larger_value_of_each_contact_change(load_largest_contact_changes(case_rows, j), findings)
         )
-        store_energy_losses(case_rows, j, add_energy_losses(load_energy_losses(case_rows, j), losses))
+        store_power_loss_and_lost_spring_energy(
+            case_rows, j, add_energy_losses(load_power_loss_and_lost_spring_energy(case_rows, j), losses)
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_force_times_pressure_centre_distance(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Add one contact point's normal force × distance from the centre of pressure (N·m) to the contact's sum."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         total = load_joint_force_and_impulse_sums(joint_rows, j)
         place = load_point_position(point_rows, j)
         new = load_point_state_at_step_end(point_rows, j)
@@ -196,16 +207,16 @@ def compute_joint_forces_and_add_to_stones(
     marker_if_support_is_ground_else_none: Any,
 ) -> None:
     """Compute force, moment and new state of a stone's contact with its support; add the force to both stones' sums."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         change = load_joint_wrench_or_velocity_change(joint_rows, j)
-        flat = flat_landing_of_stone_is_under_way(load_flat_landing_state(joint_rows, j))
+        flat = flat_landing_of_stone_is_under_way(load_flat_landing_times_and_point_heights(joint_rows, j))
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
+            load_step_lengths_and_doubling_counts(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         at_end, early, findings, losses, new = joint_contact_forces_and_state_at_step_end(
             load_joint_constants(joint_rows, j),
             load_relative_motion(joint_rows, j),
-            load_joint_friction(joint_rows, j),
+            load_assumed_joint_friction_state(joint_rows, j),
             (
                 load_joint_force_and_impulse_sums(joint_rows, j),
                 load_force_times_pressure_centre_distance(joint_rows, j).force_times_distance_from_pressure_centre,
@@ -221,9 +232,11 @@ def compute_joint_forces_and_add_to_stones(
         )
         store_joint_state_at_step_end(joint_rows, j, new)
         store_largest_contact_changes(
-            case_rows, j, larger_contact_changes(load_largest_contact_changes(case_rows, j), findings)
+            case_rows, j, larger_value_of_each_contact_change(load_largest_contact_changes(case_rows, j), findings)
         )
-        store_energy_losses(case_rows, j, add_energy_losses(load_energy_losses(case_rows, j), losses))
+        store_power_loss_and_lost_spring_energy(
+            case_rows, j, add_energy_losses(load_power_loss_and_lost_spring_energy(case_rows, j), losses)
+        )
         stone, total = load_predicted_stone(upper_stone_rows, j), load_force_sums(upper_stone_rows, j)
         if marker_if_support_is_ground_else_none is None:
             below, (axes, origin) = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j)
@@ -237,15 +250,18 @@ def compute_joint_forces_and_add_to_stones(
             )
             arm, other = minus(origin, below.centre_position), load_force_sums(lower_stone_rows, j)
             store_force_sums(lower_stone_rows, j, StoneContactForceSums(
-                wrench_minus(other.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
-                wrench_minus(other.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early, arm)),
+                subtract_wrenches_or_velocities(other.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end,
+                arm)),
+                subtract_wrenches_or_velocities(other.extra_impulses_of_early_contacts,
+                shift_wrench_to_stone_centre(early, arm)),
             ))  # fmt: skip
         else:
             origin = Vector3(0.0, 0.0, 0.0)
         arm = minus(origin, stone.centre_position)
         store_force_sums(upper_stone_rows, j, StoneContactForceSums(
-            wrench_plus(total.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
-            wrench_plus(total.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early, arm)),
+            add_wrenches_or_velocities(total.force_and_moment_at_step_end, shift_wrench_to_stone_centre(at_end, arm)),
+            add_wrenches_or_velocities(total.extra_impulses_of_early_contacts, shift_wrench_to_stone_centre(early,
+            arm)),
         ))  # fmt: skip
 
 
@@ -255,7 +271,7 @@ def mark_joints_bearing_on_non_corner_point(joint_rows: Any, point_rows: Any, la
 
     Such a base extends beyond the rim of the face below.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         joint_rows[USES_NON_CORNER_AT_STEP_END_ROW_OFFSET + j] = select(
             point_rows[STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET + j] > 0.0,
             1.0,

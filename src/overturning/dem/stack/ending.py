@@ -37,7 +37,7 @@ from overturning.dem.stack.access import (
     load_fall_flags_and_last_upright_time,
     load_joint_constants,
     load_joint_state_at_step_start,
-    load_peaks,
+    load_peaks_and_last_upright_tick,
     load_point_state_at_step_start,
     load_stone_constants,
     load_stone_state,
@@ -77,7 +77,7 @@ MIN_ONSET_TO_LONG_STEP_LIMIT_RATIO_AT_CASE_END: Final = (
 
 The rest of the record then stays below the part `MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO` of this acceleration."""
 
-CORNER_DEPTH_OF_FALL_OVER_RIM_TO_CENTRE_HEIGHT: Final = 0.001
+MIN_RELATIVE_CORNER_DEPTH_TO_FALL_OVER_RIM: Final = 0.001
 """Depth of a corner of a leaning stone below the face that carries it, as a share of the height of its centre.
 
 Beyond this depth, and beyond the critical angle of its base, the stone tips over the rim of the face, and has fallen.
@@ -188,7 +188,7 @@ def base_corner_hangs_below_supporting_face(
             turn.zx * corner.x_from_face_centre + turn.zy * corner.y_from_face_centre
         ) - upper.centre_height * turn.zz
         lowest = min(lowest, apart.z - lower.upper_face_height_above_centre + height)
-    return lowest < -CORNER_DEPTH_OF_FALL_OVER_RIM_TO_CENTRE_HEIGHT * upper.centre_height
+    return lowest < -MIN_RELATIVE_CORNER_DEPTH_TO_FALL_OVER_RIM * upper.centre_height
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -257,7 +257,7 @@ def stop_fallen_and_upper_stones_true_if_none_left(
         outcome, constants = load_fall_flags_and_last_upright_time(rows, lane), load_stone_constants(rows, lane)
         if not outcome.is_still_simulated > 0.0:
             continue
-        last = load_peaks(rows, lane).last_upright_tick_in_sample
+        last = load_peaks_and_last_upright_tick(rows, lane).last_upright_tick_in_sample
         upright_until = (start_of_sample + last) * tick if last >= 0.0 else outcome.last_upright_time_s
         slid_off = (
             squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(load_stone_state(rows, lane).rotation))
@@ -440,7 +440,7 @@ def write_stack_results(
         stone_result_rows[s].slid_off_support = outcome.slid_off_support
         stone_result_rows[s].last_upright_time_if_fallen = outcome.last_upright_time_s if fallen else np.nan
         stone_result_rows[s].peak_lean_as_continued_squared_sine = max(
-            load_peaks(rows, lane).peak_lean_as_continued_squared_sine,
+            load_peaks_and_last_upright_tick(rows, lane).peak_lean_as_continued_squared_sine,
             squared_sine_of_lean_continued_beyond_90_deg(own),
         )
         place, turn = pose_relative_to_stone_below(stone, below, axes)

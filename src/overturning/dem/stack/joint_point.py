@@ -18,7 +18,7 @@ from overturning.dem.stack.joint_state import (
 )
 from overturning.dem.stack.state import ContactPowerLossAndLostSpringEnergy, LargestContactChangesOfStack
 
-MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING: Final = 1e-3
+MIN_POINT_STIFFNESS_SHARE_TO_SHORTEN_STEP: Final = 1e-3
 """Smallest share of the joint's stiffness with which a point asks for a finer step when it opens or closes."""
 
 
@@ -118,7 +118,7 @@ def point_contact_forces_and_state_at_step_end(
     inside, was = (depth > 0.0) & (not waits), previous.penetration > 0.0
     changed = before if before > depth else depth
     changed = (deep if unloaded == 0.0 else 0.0) if waits else -depth if was else changed
-    heavy = w > MIN_STIFFNESS_SHARE_FOR_STEP_SHORTENING
+    heavy = w > MIN_POINT_STIFFNESS_SHARE_TO_SHORTEN_STEP
     spring = joint.normal_stiffness * depth if inside else 0.0
     pressure = spring - joint.normal_dashpot * rate
     pressure = pressure if counts & inside & (lands_flat | (pressure > 0.0)) else 0.0

@@ -20,7 +20,7 @@ MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION: Final = 20.0
 """Largest difference in height of the points of a flat patch, as a multiple of its largest penetration."""
 RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M: Final = 1e301
 """More than the distance of a base on the ground from a rim, m."""
-MIN_RIM_DISTANCE_FOR_DEFERRED_CONTACT_TO_WIDTH: Final = 0.01
+MIN_RIM_DISTANCE_TO_DEFER_CORNER_CONTACT_TO_WIDTH: Final = 0.01
 """Distance of a base from the rim of the face below up to which no corner waits, as a share of the patch's width."""
 HEIGHT_RANGE_SHARE_COUNTED_AS_PATCH_END: Final = 0.05
 """Share of the difference in height within which a point lies at the far end of the patch."""

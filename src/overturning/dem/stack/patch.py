@@ -24,7 +24,7 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
     select,
 )
 from overturning.dem.stack.access import (
@@ -32,11 +32,11 @@ from overturning.dem.stack.access import (
     STIFFNESS_SHARE_AT_STEP_START_ROW_OFFSET,
     STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET,
     USES_NON_CORNER_AT_STEP_START_ROW_OFFSET,
-    load_clipped_side,
     load_face_corner,
     load_point_position,
     load_predicted_stone,
     load_relative_motion,
+    load_side_part_in_contact_patch,
     load_stone_axes,
     load_stone_constants,
     store_joint_frame,
@@ -127,7 +127,7 @@ def predicted_motion_relative_to_contact_frame(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_lowest_stone_motion_relative_to_ground(upper_stone_rows: Any, joint_rows: Any, lane_count: int) -> None:
     """Predict pose and velocity of the lowest stone relative to the ground, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         still = Vector3(0.0, 0.0, 0.0)
         level = Matrix3(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         store_relative_motion(joint_rows, j, upper_stone_motion_relative_to_face_below(
@@ -141,7 +141,7 @@ def predict_motion_relative_to_stone_below(
     upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Predict pose and velocity of a stone relative to the upper face of the stone below, for all stacks."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         axes = load_stone_axes(lower_stone_rows, j)
         origin = predicted_upper_face_centre(
             load_stone_constants(lower_stone_rows, j), load_predicted_stone(lower_stone_rows, j), axes
@@ -184,7 +184,7 @@ def predict_base_corner_position(
     upper_stone_rows: Any, joint_rows: Any, rows_of_one_base_corner: Any, lane_count: int
 ) -> None:
     """Compute the predicted position of one corner of a stone's base on its support, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         is_still_simulated = upper_stone_rows[IS_SIMULATED_ROW_OFFSET + j]
         place = base_corner_contact_point(
             load_relative_motion(joint_rows, j), load_face_corner(rows_of_one_base_corner, j), is_still_simulated
@@ -211,7 +211,7 @@ def include_corner_in_min_rim_distance(
 
     The distance of the corner from the side is taken if it is the least so far; this is done for all stacks.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         place, limit = load_point_position(rows_of_one_base_corner, j), load_face_corner(lower_side_rows, j)
         free = limit.next_side_distance_from_face_centre - (
             limit.next_side_outward_normal_x * place.x_in_lower_face_frame
@@ -237,7 +237,7 @@ def update_corner_rim_distance_and_check_full_support(
                 joint_rows, slice_contact_point_rows(joint_point_rows, i), side, lane_count
             )
     number = 0
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         number += (
             1
             if (joint_rows[MIN_BASE_CORNER_DISTANCE_INSIDE_RIM_ROW_OFFSET + j] < 0.0)
@@ -251,7 +251,7 @@ def update_corner_rim_distance_and_check_full_support(
 def any_stack_uses_contact_point(point_rows: Any, lane_count: int) -> bool:
     """True if a contact point has a share of stiffness above 0 in any of the stacks, now or after the last step."""
     number = 0
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         number += (
             1
             if (point_rows[STIFFNESS_SHARE_IN_ATTEMPTED_STEP_ROW_OFFSET + j] > 0.0)
@@ -305,11 +305,14 @@ def place_contact_points_of_lower_face_side(
 
     They are the corner at which the side starts and both ends of the side after clipping to the upper face.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         frame = load_relative_motion(joint_rows, j)
         c = load_face_corner(lower_side_rows, j)
         d = load_face_corner(next_lower_corner_rows, j)
-        own, previous = load_clipped_side(lower_side_rows, j), load_clipped_side(previous_lower_side_rows, j)
+        own, previous = (
+            load_side_part_in_contact_patch(lower_side_rows, j),
+            load_side_part_in_contact_patch(previous_lower_side_rows, j),
+        )
         unit = 0.5 / (frame.contact_patch_perimeter if frame.contact_patch_perimeter > 0.0 else 1.0)
         part = unit * own.length if frame.smallest_distance_of_base_corners_inside_rim < 0.0 else 0.0
         other = unit * previous.length if frame.smallest_distance_of_base_corners_inside_rim < 0.0 else 0.0
@@ -341,11 +344,14 @@ def store_contact_points_at_clipped_side_ends(
     lane_count: int,
 ) -> None:
     """Store the contact points at the ends of a clipped side of a stone's base, with shares of stiffness."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         frame = load_relative_motion(joint_rows, j)
         a = load_point_position(base_side_rows, j)
         b = load_point_position(next_base_corner_rows, j)
-        own, previous = load_clipped_side(base_side_rows, j), load_clipped_side(previous_base_side_rows, j)
+        own, previous = (
+            load_side_part_in_contact_patch(base_side_rows, j),
+            load_side_part_in_contact_patch(previous_base_side_rows, j),
+        )
         unit = 0.5 / (frame.contact_patch_perimeter if frame.contact_patch_perimeter > 0.0 else 1.0)
         within = frame.smallest_distance_of_base_corners_inside_rim >= 0.0
         part, other = (0.0 if within else unit * own.length), (0.0 if within else unit * previous.length)

@@ -20,7 +20,7 @@ from overturning.dem.stack.access import (
     load_case_progress,
     load_clock_within_sample,
     load_fall_flags_and_last_upright_time,
-    load_inertial_accelerations_until_next_sample,
+    load_inertial_and_upward_base_accelerations,
     load_stone_constants,
     load_stone_state,
     slice_stone_rows,
@@ -195,7 +195,7 @@ def write_stack_trajectory_row(
     """Write time, base acceleration and motion of all stones of the stack in column 0 into a trajectory row."""
     time, shaking = (
         load_clock_within_sample(stack_states, 0),
-        load_inertial_accelerations_until_next_sample(stack_states, 0),
+        load_inertial_and_upward_base_accelerations(stack_states, 0),
     )
     trajectory_row[0] = (
         load_case_progress(stack_states, 0).current_sample + time.ticks_since_sample_start / ticks_per_sample

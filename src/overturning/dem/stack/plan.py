@@ -60,7 +60,7 @@ from overturning.model.stack_stones import StackStone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-UPPER_LIMIT_OF_SHORTEST_STEP_TICKS: Final = TICKS_PER_WHOLE_STEP / 512.0
+CAP_ON_MIN_ALLOWED_STEP_TICKS: Final = TICKS_PER_WHOLE_STEP / 512.0
 """Longest finest step, ticks, also where the contacts vibrate slowly: the landing of a stone needs it."""
 
 STACK_TO_BODY_WHOLE_STEP_LENGTH_RATIO: Final = 2.0
@@ -329,10 +329,10 @@ def plan_stack_simulation(
         STACK_TO_BODY_WHOLE_STEP_LENGTH_RATIO * period[which],
         STACK_STEP_CONTROL,
     )
-    pace["min_allowed_step_ticks"] = np.minimum(pace["min_allowed_step_ticks"], UPPER_LIMIT_OF_SHORTEST_STEP_TICKS)
+    pace["min_allowed_step_ticks"] = np.minimum(pace["min_allowed_step_ticks"], CAP_ON_MIN_ALLOWED_STEP_TICKS)
     # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
     pace["long_steps_before_doubling"] = np.where(
-        pace["min_allowed_step_ticks"] < UPPER_LIMIT_OF_SHORTEST_STEP_TICKS,
+        pace["min_allowed_step_ticks"] < CAP_ON_MIN_ALLOWED_STEP_TICKS,
         pace["steps_before_doubling_after_contact_change"],
         pace["long_steps_before_doubling"],
     )

@@ -21,47 +21,47 @@ from overturning.dem.kernel.ground import base_acceleration_in_this_or_next_samp
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
     create_tuple_sum_difference_and_maximum_functions,
 )
 from overturning.dem.stack.access import (
     create_zero_contact_changes,
     create_zero_energy_losses,
     load_clock_within_sample,
-    load_correction_relation_to_stone_below,
-    load_diagonal_block,
-    load_flat_landing_state,
+    load_diagonal_block_and_right_side,
+    load_flat_landing_times_and_point_heights,
     load_gravity_and_inertial_acceleration,
-    load_inertial_accelerations_until_next_sample,
+    load_inertial_and_upward_base_accelerations,
     load_joint_constants,
     load_joint_equations,
     load_joint_frame,
     load_joint_state_at_step_start,
     load_next_step_to_attempt,
-    load_normal_force_sums,
+    load_normal_force_and_derivative_sums,
     load_point_position,
     load_point_state_at_step_start,
     load_predicted_stone,
     load_relative_motion,
-    load_step_control,
+    load_step_lengths_and_doubling_counts,
     load_stone_constants,
     load_stone_state,
     load_tick_length_failure_and_rest_limits,
     load_velocity_correction,
+    load_velocity_correction_coefficients,
+    store_assumed_joint_friction_state,
     store_clock_within_sample,
-    store_correction_relation_to_stone_below,
-    store_diagonal_block,
-    store_energy_losses,
-    store_flat_landing_state,
+    store_diagonal_block_and_right_side,
+    store_flat_landing_times_and_point_heights,
     store_force_sums,
     store_gravity_and_inertial_acceleration,
     store_joint_equations,
-    store_joint_friction,
     store_largest_contact_changes,
-    store_normal_force_sums,
+    store_normal_force_and_derivative_sums,
+    store_power_loss_and_lost_spring_energy,
     store_predicted_stone,
     store_stone_axes,
     store_velocity_correction,
+    store_velocity_correction_coefficients,
 )
 from overturning.dem.stack.joint import predict_friction, predicted_joint_force_moment_and_derivatives
 from overturning.dem.stack.joint_point import (
@@ -80,13 +80,13 @@ from overturning.dem.stack.landing import (
     point_contact_is_deferred,
 )
 from overturning.dem.stack.solve import (
+    add_wrenches_or_velocities,
     eliminate_stone_from_equations,
     half_step_times_change_of_force_and_moment,
     mass_matrix_of_stone,
     matrix_6x6_times_wrench,
     rotate_contact_equations,
     solve_velocity_correction_of_lowest_stone,
-    wrench_plus,
 )
 from overturning.dem.stack.state import (
     DiagonalBlockAndRightSide,
@@ -144,10 +144,10 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
 
     Contact changes and energy losses of the step are cleared.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         length = load_next_step_to_attempt(case_rows, j).length_in_ticks
         time = load_clock_within_sample(case_rows, j)
-        shaking = load_inertial_accelerations_until_next_sample(case_rows, j)
+        shaking = load_inertial_and_upward_base_accelerations(case_rows, j)
         tick = time.ticks_since_sample_start + length
         past = tick - ticks_per_sample
         past = past if past > 0.0 else 0.0
@@ -165,7 +165,7 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
             ),
         )
         store_largest_contact_changes(case_rows, j, create_zero_contact_changes())
-        store_energy_losses(case_rows, j, create_zero_energy_losses())
+        store_power_loss_and_lost_spring_energy(case_rows, j, create_zero_energy_losses())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -174,7 +174,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
 
     The prediction is of its pose and velocities.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         constants = load_stone_constants(stone_rows, j)
         state = load_stone_state(stone_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
@@ -182,7 +182,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
         axes = rotation_matrix(predicted.rotation)
         store_predicted_stone(stone_rows, j, predicted)
         store_stone_axes(stone_rows, j, axes)
-        store_diagonal_block(stone_rows, j, DiagonalBlockAndRightSide(
+        store_diagonal_block_and_right_side(stone_rows, j, DiagonalBlockAndRightSide(
             mass_matrix_of_stone(constants.mass, constants.inertia_per_mass, axes),
             half_step_times_change_of_force_and_moment(
                 half, constants.mass, create_zero_wrench(), load_gravity_and_inertial_acceleration(case_rows, j),
@@ -195,14 +195,14 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_landing_extremes_and_normal_force_sums(joint_rows: Any, lane_count: int) -> None:
     """Reset landing times, height range and normal force sums of the contact points of two stones, for all stacks."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = (
             0.0
             if load_joint_state_at_step_start(joint_rows, j).normal_force > 0.0
             else LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
         )
-        store_flat_landing_state(
+        store_flat_landing_times_and_point_heights(
             joint_rows,
             j,
             FlatLandingTimesLeftAndPointHeights(
@@ -212,18 +212,18 @@ def reset_landing_extremes_and_normal_force_sums(joint_rows: Any, lane_count: in
                 -LANDING_TIME_PLACEHOLDER_WITHOUT_POINTS_S,
             ),
         )
-        store_normal_force_sums(joint_rows, j, create_zero_normal_force_sums())
+        store_normal_force_and_derivative_sums(joint_rows, j, create_zero_normal_force_sums())
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def include_point_in_joint_landing_times_and_heights(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Include one contact point in the landing times of two stones, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
-        store_flat_landing_state(
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        store_flat_landing_times_and_point_heights(
             joint_rows,
             j,
             add_point_to_landing_times_and_height_range(
-                load_flat_landing_state(joint_rows, j),
+                load_flat_landing_times_and_point_heights(joint_rows, j),
                 load_point_state_at_step_start(point_rows, j),
                 load_point_position(point_rows, j),
             ),
@@ -235,24 +235,26 @@ def predict_normal_force_and_add_to_joint_sums(
     case_rows: Any, joint_rows: Any, point_rows: Any, lane_count: int
 ) -> None:
     """Predict the normal force at a contact point of two stones and add it to their contact's sums, in all stacks."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         joint = load_joint_constants(joint_rows, j)
         frame = load_relative_motion(joint_rows, j)
         place = load_point_position(point_rows, j)
-        landing = load_flat_landing_state(joint_rows, j)
+        landing = load_flat_landing_times_and_point_heights(joint_rows, j)
         old = load_point_state_at_step_start(point_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
         waits = point_contact_is_deferred(
             joint, landing, place, old, frame.smallest_distance_of_base_corners_inside_rim
         )
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
+            load_step_lengths_and_doubling_counts(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         pressure, on = predicted_force_per_stiffness_share_and_contact(
             joint, frame, place, old, (fine, flat_landing_of_stone_is_under_way(landing), waits)
         )
         terms = normal_force_sum_terms_of_point(joint, half, place, pressure, on)
-        store_normal_force_sums(joint_rows, j, add_normal_force_sums(load_normal_force_sums(joint_rows, j), terms))
+        store_normal_force_and_derivative_sums(
+            joint_rows, j, add_normal_force_sums(load_normal_force_and_derivative_sums(joint_rows, j), terms)
+        )
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -260,19 +262,19 @@ def predict_joint_friction_and_equations(
     case_rows: Any, upper_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Predict the friction between a stone and its support, and the equation terms of their contact, for all stacks."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         joint = load_joint_constants(joint_rows, j)
         frame = load_relative_motion(joint_rows, j)
-        sums = load_normal_force_sums(joint_rows, j)
+        sums = load_normal_force_and_derivative_sums(joint_rows, j)
         old = load_joint_state_at_step_start(joint_rows, j)
         half = load_clock_within_sample(case_rows, j).half_step_length_s
-        flat = flat_landing_of_stone_is_under_way(load_flat_landing_state(joint_rows, j))
+        flat = flat_landing_of_stone_is_under_way(load_flat_landing_times_and_point_heights(joint_rows, j))
         fine = step_is_short_enough_for_predicted_forces(
-            load_step_control(case_rows, j), load_next_step_to_attempt(case_rows, j)
+            load_step_lengths_and_doubling_counts(case_rows, j), load_next_step_to_attempt(case_rows, j)
         )
         foot = load_stone_constants(upper_stone_rows, j).centre_height
         friction = predict_friction(joint, frame, sums, old, JointFrictionSolutionInputs(half, fine, flat, foot))
-        store_joint_friction(joint_rows, j, friction)
+        store_assumed_joint_friction_state(joint_rows, j, friction)
         normal = sums.normal_force if fine else old.normal_force
         store_joint_equations(
             joint_rows, j, predicted_joint_force_moment_and_derivatives(joint, sums, friction, half, normal)
@@ -282,7 +284,7 @@ def predict_joint_friction_and_equations(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def rotate_joint_equations_to_ground_axes(joint_rows: Any, lane_count: int) -> None:
     """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         axes = load_joint_frame(joint_rows, j).axes
         store_joint_equations(joint_rows, j, rotate_contact_equations(axes, load_joint_equations(joint_rows, j)))
 
@@ -295,16 +297,17 @@ def eliminate_upper_stone_of_each_stack(
 
     All stacks are treated in parallel.
     """
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         below, origin = load_predicted_stone(lower_stone_rows, j), load_joint_frame(joint_rows, j).origin
         solution, rest = eliminate_stone_from_equations(
-            load_diagonal_block(upper_stone_rows, j), load_diagonal_block(lower_stone_rows, j),
+            load_diagonal_block_and_right_side(upper_stone_rows, j),
+            load_diagonal_block_and_right_side(lower_stone_rows, j),
             load_joint_equations(joint_rows, j), load_clock_within_sample(case_rows, j).half_step_length_s,
             minus(origin, load_predicted_stone(upper_stone_rows, j).centre_position),
             minus(origin, below.centre_position),
         )  # fmt: skip
-        store_correction_relation_to_stone_below(upper_stone_rows, j, solution)
-        store_diagonal_block(lower_stone_rows, j, rest)
+        store_velocity_correction_coefficients(upper_stone_rows, j, solution)
+        store_diagonal_block_and_right_side(lower_stone_rows, j, rest)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
@@ -312,10 +315,10 @@ def solve_velocity_corrections_of_lowest_stones(
     case_rows: Any, lowest_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Solve the equations of the lowest stone of each stack for its velocity correction."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         arm = scale_vector(-1.0, load_predicted_stone(lowest_stone_rows, j).centre_position)
         e = solve_velocity_correction_of_lowest_stone(
-            load_diagonal_block(lowest_stone_rows, j),
+            load_diagonal_block_and_right_side(lowest_stone_rows, j),
             load_joint_equations(joint_rows, j),
             load_clock_within_sample(case_rows, j).half_step_length_s,
             arm,
@@ -330,12 +333,12 @@ def back_substitute_upper_stone_velocity_corrections(
     upper_stone_rows: Any, lower_stone_rows: Any, lane_count: int
 ) -> None:
     """Compute the velocity correction of an upper stone from that of the stone below, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         solution, below = (
-            load_correction_relation_to_stone_below(upper_stone_rows, j),
+            load_velocity_correction_coefficients(upper_stone_rows, j),
             load_velocity_correction(lower_stone_rows, j),
         )
-        e = wrench_plus(
+        e = add_wrenches_or_velocities(
             solution.constant_part_of_correction,
             matrix_6x6_times_wrench(
                 solution.factor_of_correction_below, ForceAndMomentOrVelocities(below.velocity, below.angular_velocity)

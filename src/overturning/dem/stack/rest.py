@@ -28,7 +28,7 @@ from overturning.dem.stack.access import (
     VALUE_COUNT_PER_POINT_IN_ALL_LANES,
     VALUE_COUNT_PER_STONE_IN_ALL_LANES,
     load_fall_flags_and_last_upright_time,
-    load_flat_landing_state,
+    load_flat_landing_times_and_point_heights,
     load_joint_constants,
     load_joint_state_at_step_start,
     load_next_step_to_attempt,
@@ -53,7 +53,7 @@ MAY_BE_AT_REST_ROW_OFFSET: Final = CASE_ROW_LAYOUT.row_offset_of_field(
 )
 """Array index at which the flags `StackRestFlagAndAccelerationLimits.may_be_at_rest_at_sample_start` start."""
 
-MIN_PATCH_WIDTH_TO_LENGTH_RATIO: Final = 1e-3
+MIN_WIDTH_TO_LENGTH_RATIO_FOR_PRESSURE_PLANE: Final = 1e-3
 """Least width of a contact patch, as a share of its length, whose points give a plane of pressure."""
 
 
@@ -121,7 +121,9 @@ def all_points_under_unfallen_stones_carry_load(
         if not load_fall_flags_and_last_upright_time(slice_stone_rows(stack_states, s), lane).is_still_simulated > 0.0:
             continue
         at = first + s * size
-        landing = load_flat_landing_state(stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane)
+        landing = load_flat_landing_times_and_point_heights(
+            stack_states[at : at + VALUE_COUNT_PER_JOINT_IN_ALL_LANES], lane
+        )
         lies_flat = (
             landing.highest_point_height_above_lower_face - landing.lowest_point_height_above_lower_face
             < MAX_FLAT_PATCH_HEIGHT_RANGE_TO_PENETRATION * -landing.lowest_point_height_above_lower_face
@@ -181,7 +183,7 @@ def first_point_unloading_acceleration_g(
     xx = total.stiffness_share_times_xx - total.stiffness_share_times_x * x
     xy = total.stiffness_share_times_xy - total.stiffness_share_times_x * y
     yy = total.stiffness_share_times_yy - total.stiffness_share_times_y * y
-    area, width = xx * yy - xy * xy, MIN_PATCH_WIDTH_TO_LENGTH_RATIO * (xx + yy)
+    area, width = xx * yy - xy * xy, MIN_WIDTH_TO_LENGTH_RATIO_FOR_PRESSURE_PLANE * (xx + yy)
     if not area > width * width:
         return 0.0
     least = np.inf

@@ -27,21 +27,21 @@ from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
     INTERNAL_COMPILE_OPTIONS,
     NO_ALIAS_COMPILE_OPTIONS,
-    assume_vector_multiple,
+    assume_lane_count_is_multiple_of_8,
 )
 from overturning.dem.stack.access import (
     load_base_overhang_and_normal_slopes,
+    load_contact_load_sums_for_normal,
     load_face_corner,
     load_joint_frame,
     load_point_position,
     load_relative_motion,
     load_stone_axes,
     load_stone_constants,
-    load_sums_for_contact_normal,
+    store_contact_load_sums_for_normal,
     store_joint_frame,
     store_point_position,
     store_relative_motion,
-    store_sums_for_contact_normal,
 )
 from overturning.dem.stack.clip import slice_contact_point_rows
 from overturning.dem.stack.joint_state import (
@@ -104,19 +104,21 @@ def add_point_to_contact_normal_sums(
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
     """Clear the sums from which the normal of contact of two stones follows, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
-        store_sums_for_contact_normal(joint_rows, j, LoadSumsToFindContactNormal(0.0, 0.0, 0.0, 0.0, 0.0))
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        store_contact_load_sums_for_normal(joint_rows, j, LoadSumsToFindContactNormal(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_base_corner_to_normal_sums(joint_rows: Any, rows_of_one_base_corner: Any, lane_count: int) -> None:
     """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
-    for j in range(assume_vector_multiple(lane_count)):
-        store_sums_for_contact_normal(
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        store_contact_load_sums_for_normal(
             joint_rows,
             j,
             add_point_to_contact_normal_sums(
-                load_sums_for_contact_normal(joint_rows, j), load_point_position(rows_of_one_base_corner, j), (0.0, 0.0)
+                load_contact_load_sums_for_normal(joint_rows, j),
+                load_point_position(rows_of_one_base_corner, j),
+                (0.0, 0.0),
             ),
         )
 
@@ -131,7 +133,7 @@ def add_lower_corner_and_side_ends_to_normal_sums(
     lane_count: int,
 ) -> None:
     """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         own, previous = load_face_corner(lower_side_rows, j), load_face_corner(previous_lower_side_rows, j)
         slope_x, slope_y = slopes_of_upper_base_normal(load_relative_motion(joint_rows, j))
         rim, other = (
@@ -160,7 +162,7 @@ def add_lower_corner_and_side_ends_to_normal_sums(
             else most
         )
         loads = add_point_to_contact_normal_sums(
-            load_sums_for_contact_normal(joint_rows, j),
+            load_contact_load_sums_for_normal(joint_rows, j),
             load_point_position(lower_side_rows, j),
             (corner * slope_x, corner * slope_y),
         )
@@ -169,7 +171,7 @@ def add_lower_corner_and_side_ends_to_normal_sums(
             load_point_position(part_begin_point_rows, j),
             (begin * own.next_side_outward_normal_x, begin * own.next_side_outward_normal_y),
         )
-        store_sums_for_contact_normal(
+        store_contact_load_sums_for_normal(
             joint_rows,
             j,
             add_point_to_contact_normal_sums(
@@ -216,8 +218,8 @@ def contact_frame_with_mean_normal(contact_normal_sums: LoadSumsToFindContactNor
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def express_point_in_mean_normal_frame(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
     """Express one contact point in the frame rotated to the mean normal: position in the plane, distance along z."""
-    for j in range(assume_vector_multiple(lane_count)):
-        pose = contact_frame_with_mean_normal(load_sums_for_contact_normal(joint_rows, j))
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        pose = contact_frame_with_mean_normal(load_contact_load_sums_for_normal(joint_rows, j))
         place = load_point_position(point_rows, j)
         turned = matrix_times_vector(
             transpose(pose.axes),
@@ -237,8 +239,8 @@ def rotate_contact_frame_and_motion_to_mean_normal(
     upper_stone_rows: Any, lower_stone_rows: Any, joint_rows: Any, lane_count: int
 ) -> None:
     """Rotate the coordinate frame of two stones' contact to the mean normal; express their relative motion in it."""
-    for j in range(assume_vector_multiple(lane_count)):
-        turn = contact_frame_with_mean_normal(load_sums_for_contact_normal(joint_rows, j))
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        turn = contact_frame_with_mean_normal(load_contact_load_sums_for_normal(joint_rows, j))
         pose = load_joint_frame(joint_rows, j)
         old = load_relative_motion(joint_rows, j)
         axes = matrix_product(pose.axes, turn.axes)
@@ -258,13 +260,13 @@ def keep_lower_face_normal_beyond_critical_lean(upper_stone_rows: Any, joint_row
     This is done for all stacks. Such a stone has fallen as soon as a corner of its base is below the rim
     (`base_corner_hangs_below_supporting_face`).
     """
-    for j in range(assume_vector_multiple(lane_count)):
-        rim, axes = load_sums_for_contact_normal(joint_rows, j), load_stone_axes(upper_stone_rows, j)
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
+        rim, axes = load_contact_load_sums_for_normal(joint_rows, j), load_stone_axes(upper_stone_rows, j)
         upright = (
             squared_sine_of_lean_continued_beyond_90_deg(axes)
             < load_stone_constants(upper_stone_rows, j).critical_lean_squared_sine_on_whole_base
         )
-        store_sums_for_contact_normal(
+        store_contact_load_sums_for_normal(
             joint_rows,
             j,
             LoadSumsToFindContactNormal(

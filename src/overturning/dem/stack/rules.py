@@ -19,7 +19,11 @@ from overturning.dem.kernel.ground import (
     is_rest_check_sample,
     next_window_motion_is_below_rest_limit,
 )
-from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, assume_vector_multiple, cache_line_aligned_zeros
+from overturning.dem.kernel.lanes import (
+    INTERNAL_COMPILE_OPTIONS,
+    assume_lane_count_is_multiple_of_8,
+    cache_line_aligned_zeros,
+)
 from overturning.dem.kernel.queue import (
     SettingsCommonToParallelCases,
     grow_trajectory_array_if_needed,
@@ -33,7 +37,7 @@ from overturning.dem.stack.access import (
     load_rest_flag_and_acceleration_limits,
     load_stone_state,
     slice_stone_rows,
-    store_inertial_accelerations_until_next_sample,
+    store_inertial_and_upward_base_accelerations,
     store_rotation,
 )
 from overturning.dem.stack.ending import (
@@ -158,7 +162,7 @@ def advance_sample_and_load_base_motion(
     )  # fmt: skip
     for s in range(stone_count):
         rows = slice_stone_rows(stack_states, s)
-        for j in range(assume_vector_multiple(lane_count)):
+        for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
             store_rotation(rows, j, renormalise_nearly_unit_quaternion(load_stone_state(rows, j).rotation))
             then = (
                 load_case_progress(stack_states, j).current_sample
@@ -171,7 +175,7 @@ def advance_sample_and_load_base_motion(
                 else rows[LAST_UPRIGHT_TIME_ROW_OFFSET + j]
             )
             rows[LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET + j] = -1.0
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         # The times at which the stones were upright are their own, above.
         begun = continuation_sample_tick_and_last_upright_time(
             load_case_progress(stack_states, j),
@@ -185,14 +189,14 @@ def advance_sample_and_load_base_motion(
             begun[1],
         )
     last = up.shape[0] - 3
-    for j in range(assume_vector_multiple(lane_count)):
+    for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         course = load_case_progress(stack_states, j)
         if stack_states[LOADED_SAMPLE_NUMBER_ROW_OFFSET + j] == course.current_sample + 1.0:
             continue
         stack_states[LOADED_SAMPLE_NUMBER_ROW_OFFSET + j] = course.current_sample + 1.0
         i = min(int(course.current_sample), last)
         horizontal = along[motion_row_by_case[case_index_by_lane[j]]]
-        store_inertial_accelerations_until_next_sample(
+        store_inertial_and_upward_base_accelerations(
             stack_states, j, inertial_accelerations_until_next_sample(horizontal, up, i, course.amplitude_factor, scale)
         )
 

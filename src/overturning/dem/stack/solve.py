@@ -27,8 +27,8 @@ from overturning.dem.stack.state import (
 
 sum_of_6x6_matrices = create_tuple_sum_difference_and_maximum_functions(VelocityToForceBlocks).plus
 difference_of_6x6_matrices = create_tuple_sum_difference_and_maximum_functions(VelocityToForceBlocks).minus
-wrench_plus = create_tuple_sum_difference_and_maximum_functions(ForceAndMomentOrVelocities).plus
-wrench_minus = create_tuple_sum_difference_and_maximum_functions(ForceAndMomentOrVelocities).minus
+add_wrenches_or_velocities = create_tuple_sum_difference_and_maximum_functions(ForceAndMomentOrVelocities).plus
+subtract_wrenches_or_velocities = create_tuple_sum_difference_and_maximum_functions(ForceAndMomentOrVelocities).minus
 
 
 @njit(**INLINE_OPTIONS)
@@ -262,7 +262,7 @@ def eliminate_stone_from_equations(
     factor_below = product_of_6x6_matrices(inverse, coupling)
     fixed_part = matrix_6x6_times_wrench(
         inverse,
-        wrench_plus(
+        add_wrenches_or_velocities(
             upper_stone_equations.impulse_right_hand_side,
             shift_wrench_to_stone_centre(wrench, contact_origin_from_upper_stone_centre),
         ),
@@ -278,8 +278,8 @@ def eliminate_stone_from_equations(
             ),
             product_of_6x6_matrices(back, factor_below),
         ),
-        wrench_plus(
-            wrench_minus(
+        add_wrenches_or_velocities(
+            subtract_wrenches_or_velocities(
                 lower_stone_equations.impulse_right_hand_side,
                 shift_wrench_to_stone_centre(wrench, contact_origin_from_lower_stone_centre),
             ),
@@ -304,7 +304,7 @@ def solve_velocity_correction_of_lowest_stone(
             contact_origin_from_stone_centre,
         ),
     )
-    right = wrench_plus(
+    right = add_wrenches_or_velocities(
         lowest_stone_equations_without_upper_stones.impulse_right_hand_side,
         shift_wrench_to_stone_centre(
             scale_wrench(half_step_length_s, joint_equations.predicted_wrench_replaced_by_velocity_change),

@@ -21,9 +21,9 @@ from overturning.dem.stack.access import (
     store_joint_constants,
     store_joint_state_at_step_start,
     store_next_step_to_attempt,
-    store_peaks,
+    store_peaks_and_last_upright_tick,
     store_rest_flag_and_acceleration_limits,
-    store_step_control,
+    store_step_lengths_and_doubling_counts,
     store_stone_constants,
     store_stone_state,
     store_tick_length_failure_and_rest_limits,
@@ -62,7 +62,7 @@ def write_stack_constants_and_initial_state(
     first = VALUE_COUNT_PER_CASE_IN_ALL_LANES + stones.size * VALUE_COUNT_PER_STONE_IN_ALL_LANES
     size = state_array_length_per_joint(base_and_top_corner_values_by_stone.shape[2])
     steps = case_table_row.steps_before_doubling_after_contact_change
-    store_step_control(stack_states, lane, CaseStepLengthsAndDoublingCounts(
+    store_step_lengths_and_doubling_counts(stack_states, lane, CaseStepLengthsAndDoublingCounts(
         case_table_row.min_allowed_step_ticks, case_table_row.longest_step_with_all_contacts_closed_ticks, steps,
         case_table_row.long_steps_before_doubling,
     ))  # fmt: skip
@@ -153,7 +153,7 @@ def write_stone_constants_and_initial_state(stone_rows: Any, lane: int, stone_ta
     at, still = stone_table_row.start, Vector3(0.0, 0.0, 0.0)
     turn = Quaternion(at.qw, at.qx, at.qy, at.qz)
     store_stone_state(stone_rows, lane, StoneState(Vector3(at.x, at.y, at.z), turn, still, still, still, still))
-    store_peaks(
+    store_peaks_and_last_upright_tick(
         stone_rows,
         lane,
         StonePeakLeanAndLastUprightTick(squared_sine_of_lean_continued_beyond_90_deg(rotation_matrix(turn)), -1.0),

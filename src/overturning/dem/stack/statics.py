@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.dem.linear import solve_positive_definite_system
 from overturning.dem.stack.landing import (
-    MIN_RIM_DISTANCE_FOR_DEFERRED_CONTACT_TO_WIDTH,
+    MIN_RIM_DISTANCE_TO_DEFER_CORNER_CONTACT_TO_WIDTH,
     RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M,
 )
 from overturning.dem.stack.tables import JOINT_TABLE_DTYPE, STONE_TABLE_DTYPE
@@ -80,7 +80,7 @@ def joint_constants_of_stack(
     rows["upper_base_corner_count"] = [len(stone.base_corners_xy_from_centre_of_mass) for stone in stones]
     rows["min_rim_distance_to_defer_flat_landing_contact"] = np.where(
         [len(stone.base_corners_xy_from_centre_of_mass) > 4 for stone in stones],
-        MIN_RIM_DISTANCE_FOR_DEFERRED_CONTACT_TO_WIDTH * width,
+        MIN_RIM_DISTANCE_TO_DEFER_CORNER_CONTACT_TO_WIDTH * width,
         RIM_DISTANCE_MARKING_NO_CONTACT_DEFERRAL_M,
     )
     table = ContactSpringsAndPatchesOfStack(rows, penetration, patches)

@@ -58,7 +58,7 @@ RECORDER_WITHOUT_SATELLITE_CLOCK_PATTERN: Final = re.compile(r"\b(QDR|SSA-?[12]|
 """Recorders of RENADIC without a satellite clock."""
 MAX_PRE_EVENT_MEMORY: Final = timedelta(seconds=120)
 """Longest pre-event memory of a recorder."""
-FORMAT_AGENCY_NAMES: Final = ("CSMIP", "CGS", "CDMG", "DMG", "OSMS")
+SIGNATURES_OF_FORMAT_AGENCY: Final = ("CSMIP", "CGS", "CDMG", "DMG", "OSMS")
 """Names under which the agency of this format signs its files; other names are those of other agencies."""
 PEAK_ACCELERATION_PATTERN_BY_VOLUME: Final = {
     1: rf"MAX\s*=\s*({FLOAT_PATTERN})\s*(g\b)",
@@ -130,7 +130,7 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
         origin = None
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
     signed = header.field_text("processed by") if volume == 2 else ""
-    by = {"processed_by": signed} if signed and signed.upper() not in FORMAT_AGENCY_NAMES else {}
+    by = {"processed_by": signed} if signed and signed.upper() not in SIGNATURES_OF_FORMAT_AGENCY else {}
     filtered = header.field_pattern_match("filter") if volume == 2 else None
     agency = {"agency_processing": f"band-pass filter {filtered[1]} to {filtered[2]} Hz"} if filtered else {}
     component = header.create_component(

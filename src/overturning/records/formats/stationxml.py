@@ -28,7 +28,7 @@ _M_S2_BY_ACCELERATION_UNIT: Final = {f"{length}/S2": scale for length, scale in 
 MAX_RELATIVE_STAGE_GAIN_DIFFERENCE: Final = 0.05
 """Largest relative difference of a channel's gain from the product of its stages; evalresp warns from there on."""
 
-MAX_RELATIVE_VELOCITY_SENSOR_GAIN_DIFFERENCE: Final = 1.0
+MAX_RELATIVE_VELOCITY_STAGE_GAIN_DIFFERENCE: Final = 1.0
 """Like `MAX_RELATIVE_STAGE_GAIN_DIFFERENCE`, for a velocity sensor: its stages may state gains at other frequencies."""
 
 MAX_RELATIVE_GAIN_DIFFERENCE_WITHOUT_NOTE: Final = 0.005
@@ -204,7 +204,7 @@ def _channel_gain_mismatch_notes(
     made, difference = _total_stage_gain_and_relative_difference(obspy_response, channel_gain_in_counts_per_unit)
     stated = f"has a gain of {channel_gain_in_counts_per_unit:g} in the StationXML, whose stages make {made:g}"
     if difference > (
-        MAX_RELATIVE_VELOCITY_SENSOR_GAIN_DIFFERENCE
+        MAX_RELATIVE_VELOCITY_STAGE_GAIN_DIFFERENCE
         if is_metre_per_second(input_unit)
         else MAX_RELATIVE_STAGE_GAIN_DIFFERENCE
     ):

@@ -135,7 +135,7 @@ _JMA_START_PATTERN: Final = rb"(?is)\s*SITE CODE *=.{,900}[\r\n] *INITIAL TIME *
 _CISMID_START_PATTERN: Final = rb"(?s).{,600}CISMID.{,600}[\r\n]1\. INFORMATION ABOUT THE SEISMIC STATION"
 _UNAM_ASA_START_PATTERN: Final = rb"(?is).*ARCHIVO ESTANDAR DE ACELERACION"
 
-_NO_ACCELERATION_PATTERN: Final = re.compile(
+_NON_ACCELERATION_FILE_START_PATTERN: Final = re.compile(
     rb"\s*(RESPONSE\b[^\n]{,80}SPECTR|FOURIER\b|(UN)?CORRECTED (VELOC|DISPL)|[3-6] [A-Z ]*(VELOC|DISPL|SPECTR))"
     rb"|[^\n]*PEER[^\n]*\n[^\n]*\n\s*(VELOC|DISPL)"
     rb"|(?s:EVENT_(NAME|ID):.{,1500}\nDATA_TYPE: (?!ACCELERATION))",
@@ -152,7 +152,11 @@ def holds_no_acceleration(source_file: SourceFile) -> bool:
     """Return True if a file seems to hold velocities, displacements, spectra or search results, not acceleration."""
     if source_file.name.lower() == "_searchresults.csv":
         return True
-    return bool(_NO_ACCELERATION_PATTERN.match(re.sub(rb"\r+\n", b"\n", source_file.first_bytes_for_format_detection)))
+    return bool(
+        _NON_ACCELERATION_FILE_START_PATTERN.match(
+            re.sub(rb"\r+\n", b"\n", source_file.first_bytes_for_format_detection)
+        )
+    )
 
 
 RECORD_FILE_FORMATS: Final = (

@@ -192,7 +192,8 @@ def _signature_and_generator_for_rounding_lanes_down(_typing_context: Any, lane_
 assume_lane_count_is_multiple_of_8: Final[Any] = intrinsic(_signature_and_generator_for_rounding_lanes_down)
 """``assume_lane_count_is_multiple_of_8(n)`` returns n, a positive multiple of 8.
 
-LLVM then omits the loop for the lanes that vectors leave. Kernels compute all lanes up to the next multiple of 8. Without it each loop is compiled twice."""
+LLVM then omits the loop for the lanes that vectors leave; otherwise each loop is compiled twice. Kernels compute all
+lanes up to the next multiple of 8."""
 
 
 def _signature_and_generator_for_hiding_number(_typing_context: Any, number_type: Any) -> Any:

@@ -25,18 +25,18 @@ IMAGES = Path(__file__).parent / "images"
 STONE, GROUND = "#f4ead9", "#d9d9d6"
 
 
-def block() -> Pen:
+def draw_block_with_forces() -> Pen:
     """Draw the block, its state and forces, and the plan with the azimuth."""
     pen = Pen(960, 340, "The block with B, H, alpha and R; rotation, forces and penetration; the azimuth in plan")
     for x, words in ((140, "Shape"), (460, "State and forces, in the vertical plane"), (810, "Plan")):
         pen.text((x, 22), words, bold=True)
-    _shape(pen)
-    _state(pen)
-    _plan(pen)
+    _draw_block_dimensions(pen)
+    _draw_rotated_block_with_forces(pen)
+    _draw_plan_with_azimuth(pen)
     return pen
 
 
-def _shape(pen: Pen) -> None:
+def _draw_block_dimensions(pen: Pen) -> None:
     left, right, top, floor = 90, 200, 85, 265
     middle = (145, 175)
     pen.shape([(20, floor), (260, floor), (260, floor + 24), (20, floor + 24)], fill=GROUND, stroke="none")
@@ -55,7 +55,7 @@ def _shape(pen: Pen) -> None:
     pen.text((145, 316), "tan α = B/H,  R = ½√(B² + H²)", size=12)
 
 
-def _state(pen: Pen) -> None:
+def _draw_rotated_block_with_forces(pen: Pen) -> None:
     floor, corner, half, theta = 245, (500, 256), (55, 90), math.radians(17)
     c, s = math.cos(theta), math.sin(theta)
 
@@ -98,7 +98,7 @@ def _state(pen: Pen) -> None:
     pen.text((475, 316), "The penetration is drawn far too large.", size=12)
 
 
-def _plan(pen: Pen) -> None:
+def _draw_plan_with_azimuth(pen: Pen) -> None:
     centre, radius, azimuth = (810, 165), 92, math.radians(60)
     towards = (math.sin(azimuth), -math.cos(azimuth))
     pen.dot(centre, radius, fill="#ffffff", stroke=MISSING_COLOUR)
@@ -130,8 +130,8 @@ def _plan(pen: Pen) -> None:
 WHOLE, LONG, SHORT, FINE = "#e9e9e6", "#cfe3f0", "#f6c9a0", FALL_COLOUR
 
 
-def clock() -> Pen:
-    """Draw the clock of the centred scheme: rejected and accepted steps around a change of contact."""
+def draw_step_lengths_around_contact_change() -> Pen:
+    """Draw the rejected and accepted time steps of the centred scheme around a change of contact."""
     pen = Pen(960, 345, "Whole steps, shorter steps around a change of contact, and whole steps again")
     unit, left, top = 150.0, 30.0, 66.0
     zoom, origin, low = 800.0, 80.0, 222.0
@@ -145,10 +145,10 @@ def clock() -> Pen:
     ends = [(left + unit, top + 34), (left + 2 * unit, top + 34), (origin + zoom, low), (origin, low)]
     pen.shape(ends, fill="#f3f3f1", stroke="none")
     for start, end, colour, parts in spans:
-        _band(pen, left + unit * start, left + unit * end, top, 34, colour, unit / parts)
+        _draw_period_of_equal_steps(pen, left + unit * start, left + unit * end, top, 34, colour, unit / parts)
         if end > 1 and start < 2:
             inner = [origin + zoom * (min(max(edge, 1), 2) - 1) for edge in (start, end)]
-            _band(pen, *inner, low, 34, colour, zoom / parts)
+            _draw_period_of_equal_steps(pen, *inner, low, 34, colour, zoom / parts)
     at = left + unit * change
     pen.arrow((at, top - 22), (at, top))
     pen.text((at, top - 28), "a contact opens or closes", size=12)
@@ -159,7 +159,7 @@ def clock() -> Pen:
         (2.625, 5, "then two of each"),
         (5, 6, "whole steps"),
     ):
-        _brace(pen, left + unit * start, left + unit * end, top + 44, words)
+        _draw_labelled_bracket(pen, left + unit * start, left + unit * end, top + 44, words)
     # The step of the change, enlarged: what is refused on the way to it.
     for start, end, height in (
         (0.0, 1.0, 72.0),
@@ -174,7 +174,7 @@ def clock() -> Pen:
     at = origin + zoom * (change - 1)
     pen.line((at, low - 5), (at, low + 44), width=2.2)
     pen.text((at - 6, low + 52), "the change, in a finest step", size=12, anchor="end")
-    _brace(pen, at, origin + zoom * 0.65625, low + 40, "eight of the finest")
+    _draw_labelled_bracket(pen, at, origin + zoom * 0.65625, low + 40, "eight of the finest")
     x = 150.0
     for colour, words, room in (
         (WHOLE, "whole step", 150),
@@ -188,7 +188,9 @@ def clock() -> Pen:
     return pen
 
 
-def _band(pen: Pen, start: float, end: float, top: float, height: float, colour: str, step: float) -> None:
+def _draw_period_of_equal_steps(
+    pen: Pen, start: float, end: float, top: float, height: float, colour: str, step: float
+) -> None:
     """Draw a period filled with steps of one length."""
     pen.shape([(start, top), (end, top), (end, top + height), (start, top + height)], fill=colour, width=0.8)
     if step < 2:
@@ -197,12 +199,12 @@ def _band(pen: Pen, start: float, end: float, top: float, height: float, colour:
         pen.line((start + i * step, top), (start + i * step, top + height), width=0.6)
 
 
-def _brace(pen: Pen, start: float, end: float, top: float, words: str) -> None:
+def _draw_labelled_bracket(pen: Pen, start: float, end: float, top: float, words: str) -> None:
     pen.line((start + 2, top), (start + 2, top + 6), (end - 2, top + 6), (end - 2, top), width=0.9)
     pen.text(((start + end) / 2, top + 22), words, size=12)
 
 
-def data() -> Pen:
+def draw_data_flow_to_report() -> Pen:
     """Draw the flow of the data through the package, from record files to the report."""
     pen = Pen(960, 216, "From record files to motion.nc, the parts of the sweep, cube.nc and the report")
     top, low, half = 40, 138, 58
@@ -257,7 +259,7 @@ PANELS: dict[str, tuple[dict, dict]] = {
 }
 
 
-def _pair(*elements: dict) -> tuple[PlacedElement, PlacedElement]:
+def _place_two_elements(*elements: dict) -> tuple[PlacedElement, PlacedElement]:
     # The drawing's elements overlap or hang, which a scene must not; only their places are wanted.
     scene = Scene.model_construct(
         name="drawing", gravity=9.8, reference=None, contacts=(),
@@ -268,11 +270,11 @@ def _pair(*elements: dict) -> tuple[PlacedElement, PlacedElement]:
     return second, first
 
 
-def faces() -> Pen:
+def draw_nearest_faces() -> Pen:
     """Draw the nearest faces of two elements and the vertices that are tested."""
     pen = Pen(960, 230, "Nearest faces of two elements and the vertices that are tested")
     for index, (title, elements) in enumerate(PANELS.items()):
-        a, b = _pair(*elements)
+        a, b = _place_two_elements(*elements)
         centre = 120 + 240 * index
 
         def at(point: Sequence[float], centre: float = centre) -> Point:
@@ -300,7 +302,12 @@ def faces() -> Pen:
     return pen
 
 
-DRAWINGS = {"block.svg": block, "clock.svg": clock, "data.svg": data, "nearest-faces.svg": faces}
+DRAWINGS = {
+    "block.svg": draw_block_with_forces,
+    "clock.svg": draw_step_lengths_around_contact_change,
+    "data.svg": draw_data_flow_to_report,
+    "nearest-faces.svg": draw_nearest_faces,
+}
 
 
 def main(folder: Path = IMAGES) -> None:

@@ -43,7 +43,7 @@ from verification.inputs import (
 )
 from verification.measures import (
     MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA,
-    Flags,
+    OverturningFlags,
     differences_from_reference_results,
     percentage,
     run_case_groups,
@@ -108,7 +108,7 @@ def measure_error_by_scheme_and_step(study_part: PartOfDefaultStudy) -> Markdown
     ratios = np.unique(groups[0].cases.b_over_h)
     shape = (len(groups), study_part.azimuth_count, -1, ratios.size, np.unique(groups[0].cases.friction).size)
 
-    def overturning_boundary_b_over_h(overturned_flags: Flags) -> FloatArray:
+    def overturning_boundary_b_over_h(overturned_flags: OverturningFlags) -> FloatArray:
         """Return the B/H below which the block falls, from the number of falling cells along B/H."""
         return np.asarray(ratios[0] + (overturned_flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
 

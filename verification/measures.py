@@ -15,7 +15,7 @@ from verification.inputs import CaseGroup
 from verification.timing import ResultsWithProcessorTime, run_and_measure_min_processor_time
 
 PeakRotationsOverAlpha = NDArray[np.floating[Any]]
-Flags = NDArray[np.int8]
+OverturningFlags = NDArray[np.int8]
 
 MIN_COMPARED_PEAK_ROTATION_OVER_ALPHA: Final = 0.05
 """Smallest peak rotation, as a share of α, of blocks that count in the error of peak rotation."""
@@ -44,9 +44,9 @@ def run_case_groups(
 
 
 def standing_block_peak_rotation_errors_over_alpha(
-    flags: Flags,
+    flags: OverturningFlags,
     peak_rotations_over_alpha: PeakRotationsOverAlpha,
-    reference_flags: Flags,
+    reference_flags: OverturningFlags,
     reference_peak_rotations_over_alpha: PeakRotationsOverAlpha,
 ) -> FloatArray:
     """Return the absolute errors of the peak rotation over α, for the blocks that stand in results and in reference.
@@ -62,9 +62,9 @@ def standing_block_peak_rotation_errors_over_alpha(
 
 
 def median_peak_rotation_error_over_alpha(
-    flags: Flags,
+    flags: OverturningFlags,
     peak_rotations_over_alpha: PeakRotationsOverAlpha,
-    reference_flags: Flags,
+    reference_flags: OverturningFlags,
     reference_peak_rotations_over_alpha: PeakRotationsOverAlpha,
 ) -> float:
     """Return the median of `standing_block_peak_rotation_errors_over_alpha`; NaN without blocks that stand and rock."""
@@ -82,7 +82,7 @@ def convergence_order(time_steps: FloatArray, error_by_time_step: FloatArray) ->
     return float(np.polyfit(np.log(time_steps[good]), np.log(error_by_time_step[good]), 1)[0])
 
 
-def all_azimuth_and_b_over_h_neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
+def all_azimuth_and_b_over_h_neighbours_agree(flags: OverturningFlags) -> NDArray[np.bool_]:
     """Return True for cells whose neighbours in azimuth (over half a circle) and B/H have the same flag.
 
     The last axes are those of `inputs.case_grid`.

@@ -268,7 +268,7 @@ def measure_energy_errors_and_sensitivity(motions: list[Motion]) -> Iterator[Mea
             yield MeasuredNumber(f"space, {name}: largest energy error", float(other["energy_error"].max()))
 
 
-def measure_run_time_of_three_tier_grave() -> Iterator[MeasuredNumber]:
+def measure_processor_time_of_three_tier_grave_and_shaft() -> Iterator[MeasuredNumber]:
     """Measure the time of a case of the three-tier grave, and of its shaft alone, under records of about 20 s."""
     chosen = [
         one
@@ -357,7 +357,7 @@ def main(
         "convergence": measure_convergence_order,
         "study": measure_cost_and_reruns_of_shipped_3d_study,
         "exactness": partial(measure_energy_errors_and_sensitivity, chosen),
-        "stack": measure_run_time_of_three_tier_grave,
+        "stack": measure_processor_time_of_three_tier_grave_and_shaft,
         "peers": partial(measure_agreement_with_physics_engines, chosen, peer_cases),
     }  # fmt: skip
     with body_cundall.allow_cundall_scheme_for_bodies():

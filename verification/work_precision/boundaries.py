@@ -16,7 +16,7 @@ from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
 from verification.inputs import CaseGroup
-from verification.measures import Flags
+from verification.measures import OverturningFlags
 
 RunCasesArguments = Mapping[str, Any]
 
@@ -45,7 +45,7 @@ class OverturningBoundaryAlongBOverH(NamedTuple):
 
 
 def boundaries_between_falling_and_standing_cases(
-    groups: Sequence[CaseGroup], flags: Flags, max_count_per_group: int
+    groups: Sequence[CaseGroup], flags: OverturningFlags, max_count_per_group: int
 ) -> list[OverturningBoundaryAlongBOverH]:
     """Return boundaries: falling cases whose next larger B/H stands, at most `max_count_per_group` in each group.
 

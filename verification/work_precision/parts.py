@@ -29,7 +29,7 @@ from verification.inputs import (
     sliding_block_case_groups,
     values_of_every_nth_case,
 )
-from verification.measures import Flags, median_peak_rotation_error_over_alpha, run_case_groups
+from verification.measures import OverturningFlags, median_peak_rotation_error_over_alpha, run_case_groups
 from verification.reference.sliding import peak_and_final_slip
 from verification.timing import run_and_measure_min_processor_time
 from verification.work_precision.boundaries import (
@@ -137,7 +137,7 @@ class SchemeStepAndPenetration(NamedTuple):
 
 
 def error_table_columns(
-    results: CaseResults, reference_flags_and_rotations_over_alpha: tuple[Flags, FloatArray]
+    results: CaseResults, reference_flags_and_rotations_over_alpha: tuple[OverturningFlags, FloatArray]
 ) -> ErrorTableRow:
     """Return the numbers of wrong flags and sides, and the median error of peak rotation, as columns of the table."""
     error = median_peak_rotation_error_over_alpha(
@@ -148,7 +148,7 @@ def error_table_columns(
     }
 
 
-def wrong_flag_and_side_counts(flags: Flags, reference_flags: Flags) -> ErrorTableRow:
+def wrong_flag_and_side_counts(flags: OverturningFlags, reference_flags: OverturningFlags) -> ErrorTableRow:
     """Return the numbers of wrong flags and sides as columns of the table."""
     found = count_outcome_differences(reference_flags, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
@@ -171,7 +171,7 @@ def scheme_settings_for_each_time_step(
 
 def flags_and_peak_rotations_over_alpha(
     groups: Sequence[CaseGroup], setting: SchemeStepAndPenetration
-) -> tuple[Flags, FloatArray]:
+) -> tuple[OverturningFlags, FloatArray]:
     """Return flags and peak rotations of the cases with a setting, for comparison."""
     found = run_case_groups(groups, **setting.run_cases_arguments).results
     return found.overturned, found.peak_rotation.astype(np.float64)
@@ -268,7 +268,7 @@ def measure_energy_balance() -> Iterator[ErrorTableRow]:
 
 def fall_sides_and_peak_rotations_of_rigid_blocks(
     groups: Sequence[CaseGroup], series_order: int = REFERENCE_SERIES_ORDER, amplitude_factor: float = 1.0
-) -> tuple[Flags, FloatArray]:
+) -> tuple[OverturningFlags, FloatArray]:
     """Return fall sides and peak rotations over α of Housner's rocking block, under motions times a factor."""
     found = [
         simulate_rigid_rocking(motion.scaled_by(amplitude_factor), cases, series_order) for motion, cases in groups
@@ -278,7 +278,7 @@ def fall_sides_and_peak_rotations_of_rigid_blocks(
 
 def amplitude_robust_cases_and_their_outcomes(
     groups: Sequence[CaseGroup],
-) -> tuple[list[CaseGroup], tuple[Flags, FloatArray]]:
+) -> tuple[list[CaseGroup], tuple[OverturningFlags, FloatArray]]:
     """Return the cases whose rigid-block outcome does not change with ±1 % of amplitude, and these outcomes."""
     flags, peaks = fall_sides_and_peak_rotations_of_rigid_blocks(groups)
     same = np.all(
@@ -330,7 +330,7 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
 
 
 def counts_of_all_and_wrong_cases_engines_simulate(
-    case_set_key: str, groups: Sequence[CaseGroup], flags: Flags, reference_flags: Flags
+    case_set_key: str, groups: Sequence[CaseGroup], flags: OverturningFlags, reference_flags: OverturningFlags
 ) -> ErrorTableRow:
     """Return the number of cases that physics engines also simulate, and how many of those are wrong, as columns.
 
@@ -389,7 +389,7 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
 
 def _fall_sides_of_blocks_in_engine(
     engine: FallSideOfSingleBlockFunction, groups: Sequence[CaseGroup], time_step: float
-) -> Flags:
+) -> OverturningFlags:
     """Return the sides to which the blocks of all groups fall in an engine."""
     sides = [
         _fall_side_of_case_in_engine(engine, group, index, time_step)

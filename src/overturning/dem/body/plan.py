@@ -333,8 +333,8 @@ def _rest_acceleration_limit_g_by_case(
 
 def longest_step_count_per_sample_and_step_control(
     numerics: NumericalOptions,
-    contact_omega_squared_by_case: FloatArray,
-    contact_two_xi_omega_by_case: FloatArray,
+    omega_squared_of_highest_contact_mode_by_case: FloatArray,
+    two_xi_omega_of_highest_contact_mode_by_case: FloatArray,
     sampling_interval_s: float,
     rocking_time_constant_s_by_case: FloatArray,
     kernel_step_control: StepLimitsCommonToAllCases = PACE,
@@ -360,7 +360,7 @@ def longest_step_count_per_sample_and_step_control(
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
     tick = sampling_interval_s / steps / kernel_step_control.ticks_per_whole_step
     contact = inverse_contact_frequency_reduced_at_high_damping(
-        contact_omega_squared_by_case, contact_two_xi_omega_by_case
+        omega_squared_of_highest_contact_mode_by_case, two_xi_omega_of_highest_contact_mode_by_case
     )
     share = np.minimum(sampling_interval_s / steps / whole, 1.0)
     most = kernel_step_control.max_contact_change_step_times_omega * share * contact / tick
@@ -368,16 +368,17 @@ def longest_step_count_per_sample_and_step_control(
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.
-    rigid = (np.sqrt(contact_omega_squared_by_case) * sampling_interval_s >= MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE) & (
-        contact_two_xi_omega_by_case >= np.sqrt(contact_omega_squared_by_case)
-    )
+    rigid = (
+        np.sqrt(omega_squared_of_highest_contact_mode_by_case) * sampling_interval_s
+        >= MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE
+    ) & (two_xi_omega_of_highest_contact_mode_by_case >= np.sqrt(omega_squared_of_highest_contact_mode_by_case))
     return steps, {
         "min_allowed_step_ticks": finest,
         "longest_step_with_all_contacts_closed_ticks": kernel_step_control.ticks_per_whole_step
         * np.where(rigid, np.gcd(usual, steps), 1),
         "steps_before_doubling_after_contact_change": np.round(
             kernel_step_control.steps_of_equal_length_before_doubling(
-                contact_omega_squared_by_case, contact_two_xi_omega_by_case
+                omega_squared_of_highest_contact_mode_by_case, two_xi_omega_of_highest_contact_mode_by_case
             )
             * steps
             / usual

@@ -1,17 +1,22 @@
 """Termination of a case of a single block: its energy, the tests for its end, and its results (docs/method.md)."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numba import njit
 
+from overturning.dem.block.access import (
+    LARGEST_TILT_RATIO_AT_END_ROW_OFFSET,
+    load_accelerations_from_base_motion,
+    load_block_constants,
+    load_block_state,
+    load_case_progress,
+    load_energy_account,
+    load_peaks_and_last_upright_tick,
+)
 from overturning.dem.block.state import (
-    STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
-    BlockAccelerationsFromBaseMotion,
     BlockConstants,
-    BlockEnergyAccount,
-    BlockPeaksAndLastUprightTick,
     BlockState,
     displacement_of_block_lower_side_middle,
 )
@@ -20,26 +25,11 @@ from overturning.dem.kernel.ending import (
     MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH,
     MAX_LATE_TILT_RATIO_COUNTED_AS_STANDING,
     NEGLIGIBLE_REMAINING_SLIP_M,
-    CaseProgress,
-    LargestTiltRatioInSecondHalfAfterRecord,
     largest_tilt_ratio_in_second_half_after_record,
 )
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-
-load_block_constants, load_block_state, load_peaks_and_last_upright_tick = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
-    for of in (BlockConstants, BlockState, BlockPeaksAndLastUprightTick)
-)
-load_energy_account, load_case_progress = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount).load,
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress).load,
-)
-load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load
-LARGEST_TILT_RATIO_AT_END_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    LargestTiltRatioInSecondHalfAfterRecord, "largest_tilt_over_critical_angle"
-)
 
 
 @njit(**INLINE_OPTIONS)

@@ -6,35 +6,44 @@ of constants, a function in `overturning.dem.block.loops`, and an entry in its
 `CONSTANTS_AND_LOOP_CREATOR_BY_SCHEME`.
 """
 
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from overturning.dem.block.access import (
+    AT_REST_AT_SAMPLE_START_ROW_OFFSET,
+    CURRENT_SAMPLE_ROW_OFFSET,
+    LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET,
+    LAST_UPRIGHT_TIME_ROW_OFFSET,
+    NEXT_STEP_LENGTH_ROW_OFFSET,
+    REST_ACCELERATION_LIMIT_ROW_OFFSET,
+    ROTATION_COSINE_ROW_OFFSET,
+    ROTATION_SINE_ROW_OFFSET,
+    STATE_ROW_COUNT,
+    TICKS_SINCE_SAMPLE_START_ROW_OFFSET,
+    load_block_constants,
+    load_block_state,
+    load_case_progress,
+    load_peaks_and_last_upright_tick,
+    load_signed_friction_or_zero_if_sticking,
+    store_inertial_acceleration_x,
+    store_upward_base_acceleration,
+)
 from overturning.dem.block.ending import (
-    block_mechanical_energy_per_mass,
     update_late_largest_tilt_and_return_case_status,
     write_block_trajectory_row,
     write_case_results_except_status_and_counters,
 )
 from overturning.dem.block.loops import select_time_stepping_loop
+from overturning.dem.block.start import write_block_constants_and_initial_state
 from overturning.dem.block.state import (
     PARALLEL_CASE_COUNT,
-    STATE_ROW_LAYOUT,
     TICKS_PER_WHOLE_STEP,
-    BlockAccelerationsFromBaseMotion,
     BlockConstants,
-    BlockPeaksAndLastUprightTick,
-    BlockState,
-    CornerState,
-    SignedFrictionCoefficientOrZeroIfSticking,
-    corner_x_and_depth_from_centre,
 )
-from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import (
-    CaseProgress,
-    RestAccelerationLimitAndAtRestFlag,
     body_is_still,
     case_cannot_have_ended,
     continuation_sample_tick_and_last_upright_time,
@@ -52,8 +61,6 @@ from overturning.dem.kernel.lanes import (
     cache_line_aligned_zeros,
 )
 from overturning.dem.kernel.mechanics import (
-    FLAT_LANDING_DURATION_IN_DECAY_TIMES,
-    max_time_between_touches_in_one_impact,
     normalise_cosine_and_sine,
 )
 from overturning.dem.kernel.queue import (
@@ -61,7 +68,6 @@ from overturning.dem.kernel.queue import (
     grow_trajectory_array_if_needed,
     register_model_functions,
 )
-from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class BlockKernelInput(NamedTuple):
@@ -88,43 +94,6 @@ class ParallelBlockStates(NamedTuple):
     state: Any
 
 
-load_block_constants, store_block_constants, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants)
-load_block_state, store_block_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState)
-load_peaks_and_last_upright_tick, store_peaks_and_last_upright_tick, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BlockPeaksAndLastUprightTick
-)
-load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-store_next_step_to_attempt, store_signed_friction_or_zero, store_step_lengths_and_doubling_counts = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
-    for of in (NextStepToAttempt, SignedFrictionCoefficientOrZeroIfSticking, CaseStepLengthsAndDoublingCounts)
-)
-load_signed_friction_or_zero_if_sticking = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    SignedFrictionCoefficientOrZeroIfSticking
-).load
-store_inertial_acceleration_x = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BlockAccelerationsFromBaseMotion, "negative_of_base_acceleration_x"
-).store
-store_upward_base_acceleration = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BlockAccelerationsFromBaseMotion, "upward_base_acceleration"
-).store
-STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
-ROTATION_COSINE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "cos")
-ROTATION_SINE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "sin")
-TICKS_SINCE_SAMPLE_START_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(BlockState, "ticks_since_sample_start")
-LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
-    BlockPeaksAndLastUprightTick, "last_tick_in_sample_below_critical_angle"
-)
-NEXT_STEP_LENGTH_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
-REST_ACCELERATION_LIMIT_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
-    RestAccelerationLimitAndAtRestFlag, "max_base_acceleration_without_motion_g"
-)
-AT_REST_AT_SAMPLE_START_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
-    RestAccelerationLimitAndAtRestFlag, "was_at_rest_at_sample_start"
-)
-CURRENT_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
-LAST_UPRIGHT_TIME_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
-
-
 def allocate_workspace(kernel_input: Any) -> Any:  # noqa: ARG001, its type selects this function
     """Allocate the array for the states of the blocks that are simulated in parallel, one column (lane) each."""
     return ParallelBlockStates(cache_line_aligned_zeros(STATE_ROW_COUNT * PARALLEL_CASE_COUNT))
@@ -139,65 +108,6 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
         kernel_input.settings.sampling_interval,
         kernel_input.settings.ticks_per_sample,
     )
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def write_block_constants_and_initial_state(
-    state: Any, lane: int, case_table_row: Any, sampling_interval: float, ticks_per_sample: float
-) -> None:
-    """Write a block's constants, step control and initial state, from its case, to column `lane` of the state array."""
-    for row in range(STATE_ROW_COUNT):
-        state[row * PARALLEL_CASE_COUNT + lane] = 0.0
-    b, h = 0.5 * case_table_row.width, 0.5 * case_table_row.height
-    c, s = case_table_row.initial_tilt_cosine, case_table_row.initial_tilt_sine
-    k, ks = case_table_row.normal_stiffness_per_mass, case_table_row.tangential_stiffness_per_mass
-    dashpot, inertia = case_table_row.dashpot_constant_per_mass, 3.0 / (b * b + h * h)
-    block = BlockConstants(
-        half_width=b, half_height=h, mass_over_moment_of_inertia=inertia,
-        normal_stiffness_per_mass=k, tangential_stiffness_per_mass=ks,
-        mass_over_tangential_stiffness=1.0 / ks if ks > 0.0 else 0.0, dashpot_constant_per_mass=dashpot,
-        friction=case_table_row.friction,
-        critical_angle=case_table_row.critical_angle, seconds_per_tick=sampling_interval / ticks_per_sample,
-        max_contact_change_travel_without_halving_step=case_table_row.max_contact_change_travel_without_halving_step,
-        prescribed_flat_landing_duration=FLAT_LANDING_DURATION_IN_DECAY_TIMES * dashpot / k,
-        max_time_between_touches_in_one_impact=max_time_between_touches_in_one_impact(k, dashpot),
-        friction_moment_factor_if_sliding_in_flat_landing=0.0 if case_table_row.friction * h <= b else 1.0,
-    )  # fmt: skip
-    tilted = s != 0.0
-    z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
-    x = b * ((1.0 - c) if s > 0.0 else (c - 1.0)) + h * s if tilted else 0.0
-    (arm_l, drop_l), (arm_r, drop_r) = (
-        corner_x_and_depth_from_centre(-1.0, block, c, s),
-        corner_x_and_depth_from_centre(1.0, block, c, s),
-    )
-    left, right = CornerState(0.0, x + arm_l, drop_l - z, 0.0), CornerState(0.0, x + arm_r, drop_r - z, 0.0)
-    ul, ur = max(left.penetration, 0.0), max(right.penetration, 0.0)
-    az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
-    at_rest = BlockState(
-        centre_x=x, centre_z=z, angle=case_table_row.initial_tilt, cos=c, sin=s, centre_vx=0.0, centre_vz=0.0,
-        angular_velocity=0.0, centre_ax=0.0, centre_az=az, angular_acceleration=aw, left=left, right=right,
-        ticks_since_sample_start=0.0, remaining_flat_landing_time=0.0,
-    )  # fmt: skip
-    store_block_constants(state, lane, block)
-    store_step_lengths_and_doubling_counts(state, lane, CaseStepLengthsAndDoublingCounts(
-        case_table_row.min_allowed_step_ticks, case_table_row.longest_step_with_all_contacts_closed_ticks,
-        case_table_row.steps_before_doubling_after_contact_change, case_table_row.long_steps_before_doubling,
-    ))  # fmt: skip
-    store_block_state(state, lane, at_rest)
-    length, steps = case_table_row.min_allowed_step_ticks, case_table_row.steps_before_doubling_after_contact_change
-    store_next_step_to_attempt(state, lane, NextStepToAttempt(length, steps, 0.0))
-    store_signed_friction_or_zero(state, lane, SignedFrictionCoefficientOrZeroIfSticking(0.0, 0.0))
-    store_peaks_and_last_upright_tick(
-        state, lane, BlockPeaksAndLastUprightTick(abs(case_table_row.initial_tilt), 0.0, 0.0, -1.0)
-    )
-    barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_mechanical_energy_per_mass(block, at_rest, 0.0)
-    state[REST_ACCELERATION_LIMIT_ROW_OFFSET + lane] = case_table_row.max_base_acceleration_without_motion_g
-    store_case_progress(state, lane, CaseProgress(
-        case_table_row.amplitude_factor, case_table_row.first_simulated_sample,
-        case_table_row.cannot_start_moving_from_sample,
-        case_table_row.end_sample_if_undecided, case_table_row.first_simulated_sample * sampling_interval,
-        first, barrier,
-    ))  # fmt: skip
 
 
 def update_sample_and_load_motion(

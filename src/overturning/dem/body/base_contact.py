@@ -9,6 +9,16 @@ from typing import Any, Final
 
 from numba import njit
 
+from overturning.dem.body.access import (
+    VALUE_COUNT_PER_VERTEX_IN_ALL_LANES,
+    load_body_axes,
+    load_body_constants,
+    load_body_state,
+    load_extreme_vertices_and_landing_state,
+    load_point_state_at_step_start,
+    load_vertex,
+    store_extreme_vertices_and_landing_state,
+)
 from overturning.dem.body.state import (
     LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S,
     STATE_ROW_LAYOUT,
@@ -16,7 +26,6 @@ from overturning.dem.body.state import (
     BodyBaseContactState,
     BodyConstants,
     BodyContactPointState,
-    BodyState,
     BodyVertex,
     ContactPointAtStepStartAndEnd,
 )
@@ -179,18 +188,6 @@ def lowest_and_highest_base_points_rest(
     )
 
 
-load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
-load_body_axes = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3).load
-load_body_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState).load
-load_extreme_vertices_and_landing_state, store_extreme_vertices_and_landing_state, _ = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
-)
-load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
-load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactPointAtStepStartAndEnd, "at_step_start"
-).load
-VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
-"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
 POINT_REMAINING_LANDING_TIME_ROW_OFFSET, POINT_PENETRATION_AT_STEP_START_ROW_OFFSET = (
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.remaining_flat_landing_time"),
     VERTEX_ROW_LAYOUT.row_offset_of_field(ContactPointAtStepStartAndEnd, "at_step_start.penetration"),

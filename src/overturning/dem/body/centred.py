@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
+from overturning.dem.body.rotation import angular_velocity_from_momentum, rotation_and_angular_velocity_after_step
 from overturning.dem.body.state import (
     BodyConstants,
     BodyContactPointState,
@@ -20,8 +21,6 @@ from overturning.dem.body.state import (
     ContactForcesAndNegatedVelocityDerivatives,
     InertialAndUpwardBaseAccelerations3D,
     PredictedContactPoint,
-    angular_velocity_from_momentum,
-    rotation_and_angular_velocity_after_step,
 )
 from overturning.dem.body.vectors import (
     Matrix3,

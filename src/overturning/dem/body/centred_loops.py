@@ -5,6 +5,43 @@ from typing import Any, Final
 
 from numba import njit
 
+from overturning.dem.body.access import (
+    VALUE_COUNT_PER_VERTEX_IN_ALL_LANES,
+    load_body_axes,
+    load_body_constants,
+    load_body_point_state_at_step_end,
+    load_body_state,
+    load_contact_force_sum,
+    load_energy_account,
+    load_extreme_vertices_and_landing_state,
+    load_forces_and_velocity_derivatives,
+    load_inertial_and_upward_base_accelerations,
+    load_largest_contact_changes,
+    load_next_step_to_attempt,
+    load_peaks_and_last_upright_tick,
+    load_point_state_at_step_start,
+    load_predicted_body,
+    load_predicted_point,
+    load_step_lengths_and_doubling_counts,
+    load_step_rejection_flags,
+    load_termination_limits,
+    load_velocity_correction,
+    load_vertex,
+    store_body_axes,
+    store_body_point_state_at_step_end,
+    store_body_state_unless_rejected,
+    store_contact_force_sum,
+    store_energy_and_momentum_unless_rejected,
+    store_forces_and_velocity_derivatives,
+    store_largest_contact_changes,
+    store_next_step_to_attempt,
+    store_peaks_and_upright_tick_unless_rejected,
+    store_point_state_at_step_start_unless_rejected,
+    store_predicted_body,
+    store_predicted_point,
+    store_step_rejection_flags,
+    store_velocity_correction,
+)
 from overturning.dem.body.base_contact import (
     compute_base_contact_states,
     is_body_in_flat_landing,
@@ -30,30 +67,16 @@ from overturning.dem.body.commit import (
     lowest_rim_point_moves_too_far_in_step,
 )
 from overturning.dem.body.state import (
-    STATE_ROW_LAYOUT,
     VERTEX_ROW_LAYOUT,
-    BodyBaseContactState,
-    BodyConstants,
-    BodyEnergyAndMomentumAccount,
-    BodyPeaksAndLastUprightTick,
-    BodyPredictedForStepEnd,
-    BodyState,
-    BodyTerminationLimits,
-    BodyVelocityCorrection,
-    BodyVertex,
     ContactForceAndMomentSum,
     ContactForcesAndNegatedVelocityDerivatives,
     ContactPointAtStepStartAndEnd,
-    InertialAndUpwardBaseAccelerations3D,
     LargestContactChangesOfBody,
-    PredictedContactPoint,
     StepRejectedAndSameContactStateFlags,
 )
-from overturning.dem.body.vectors import Matrix3, matrix_times_vector, rotation_matrix
+from overturning.dem.body.vectors import matrix_times_vector, rotation_matrix
 from overturning.dem.kernel.clock import (
     BODY_STEP_CONTROL,
-    CaseStepLengthsAndDoublingCounts,
-    NextStepToAttempt,
     decide_rejection_sliding_and_next_step,
 )
 from overturning.dem.kernel.lanes import (
@@ -64,38 +87,6 @@ from overturning.dem.kernel.lanes import (
     select,
 )
 
-load_body_constants = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants).load
-load_inertial_and_upward_base_accelerations = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    InertialAndUpwardBaseAccelerations3D
-).load
-load_body_axes, store_body_axes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(Matrix3)
-load_body_state, _, store_body_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
-load_termination_limits = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits).load
-load_extreme_vertices_and_landing_state, store_extreme_vertices_and_landing_state, _ = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyBaseContactState)
-)
-load_peaks_and_last_upright_tick, _, store_peaks_and_upright_tick_unless_rejected = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPeaksAndLastUprightTick)
-)
-load_energy_account, _, store_energy_and_penetration_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BodyEnergyAndMomentumAccount
-)
-load_next_step_to_attempt, store_next_step_to_attempt, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt)
-load_step_rejection_flags, store_step_rejection_flags, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    StepRejectedAndSameContactStateFlags
-)
-load_step_lengths_and_doubling_counts = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load
-load_predicted_body, store_predicted_body, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyPredictedForStepEnd)
-load_forces_and_velocity_derivatives, store_forces_and_velocity_derivatives, _ = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForcesAndNegatedVelocityDerivatives)
-)
-load_velocity_correction, store_velocity_correction, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BodyVelocityCorrection
-)
-load_contact_force_sum, store_contact_force_sum, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(ContactForceAndMomentSum)
-load_largest_contact_changes, store_largest_contact_changes, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    LargestContactChangesOfBody
-)
 add_contact_forces_and_derivatives = create_tuple_sum_difference_and_maximum_functions(
     ContactForcesAndNegatedVelocityDerivatives
 ).plus
@@ -103,16 +94,6 @@ add_contact_force_and_moment_sums = create_tuple_sum_difference_and_maximum_func
 larger_value_of_each_contact_change = create_tuple_sum_difference_and_maximum_functions(
     LargestContactChangesOfBody
 ).largest
-load_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).load
-load_point_state_at_step_start, _, store_point_state_at_step_start_unless_rejected = (
-    VERTEX_ROW_LAYOUT.tuple_reader_and_writer(ContactPointAtStepStartAndEnd, "at_step_start")
-)
-load_predicted_point, store_predicted_point, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(PredictedContactPoint)
-load_body_point_state_at_step_end, store_body_point_state_at_step_end, _ = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactPointAtStepStartAndEnd, "at_step_end"
-)
-VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
-"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
 SLID_IN_LAST_STEP_OR_ATTEMPT_ROW_OFFSET: Final = VERTEX_ROW_LAYOUT.row_offset_of_field(
     ContactPointAtStepStartAndEnd, "at_step_start.slid_in_last_step_or_rejected_attempt"
 )
@@ -325,7 +306,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
         )
         store_body_state_unless_rejected(body_states, j, again, accepted.state)
         store_peaks_and_upright_tick_unless_rejected(body_states, j, again, accepted.peak_values_so_far)
-        store_energy_and_penetration_unless_rejected(body_states, j, again, accepted.energy_account)
+        store_energy_and_momentum_unless_rejected(body_states, j, again, accepted.energy_account)
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

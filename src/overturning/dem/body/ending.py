@@ -1,21 +1,29 @@
 """Termination of a 3-D case: its energy, the tests for its end, and its results (docs/method.md)."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numba import njit
 
+from overturning.dem.body.access import (
+    LARGEST_TILT_RATIO_AFTER_RECORD_ROW_OFFSET,
+    NEXT_STEP_TICKS_ROW_OFFSET,
+    SLIDING_CASE_END_SAMPLE_ROW_OFFSET,
+    VALUE_COUNT_PER_VERTEX_IN_ALL_LANES,
+    load_body_constants,
+    load_body_state,
+    load_case_progress,
+    load_energy_account,
+    load_inertial_and_upward_base_accelerations,
+    load_peaks_and_last_upright_tick,
+    load_point_state_at_step_start,
+    load_termination_limits,
+)
+from overturning.dem.body.rotation import angular_velocity_of_state
 from overturning.dem.body.state import (
-    STATE_ROW_LAYOUT,
-    VERTEX_ROW_LAYOUT,
     BodyConstants,
-    BodyEnergyAndMomentumAccount,
-    BodyPeaksAndLastUprightTick,
     BodyState,
     BodyTerminationLimits,
-    ContactPointAtStepStartAndEnd,
-    InertialAndUpwardBaseAccelerations3D,
-    angular_velocity_of_state,
     squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.vectors import (
@@ -29,16 +37,12 @@ from overturning.dem.body.vectors import (
     rotation_matrix,
     vector_length,
 )
-from overturning.dem.kernel.clock import NextStepToAttempt
 from overturning.dem.kernel.ending import (
     CASE_NOT_ENDED,
     MAX_KINETIC_ENERGY_AT_REST_OVER_MG_HALF_WIDTH,
     MAX_LATE_TILT_RATIO_COUNTED_AS_STANDING,
     MAX_TILT_RATIO_AT_REST,
     NEGLIGIBLE_REMAINING_SLIP_M,
-    CaseProgress,
-    LargestTiltRatioInSecondHalfAfterRecord,
-    LastSampleOfContinuedSlidingCase,
     body_is_still,
     largest_tilt_ratio_in_second_half_after_record,
     set_slide_end_once_and_check_case_continues,
@@ -47,30 +51,6 @@ from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.model.status import CaseStatus
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-
-load_body_constants, load_body_state, load_peaks_and_last_upright_tick = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load for of in (BodyConstants, BodyState, BodyPeaksAndLastUprightTick)
-)
-load_energy_account, load_case_progress, load_termination_limits = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).load
-    for of in (BodyEnergyAndMomentumAccount, CaseProgress, BodyTerminationLimits)
-)
-load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    InertialAndUpwardBaseAccelerations3D
-).load
-load_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactPointAtStepStartAndEnd, "at_step_start"
-).load
-VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
-"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
-NEXT_STEP_TICKS_ROW_OFFSET: Final = STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks")
-"""Array index at which the lengths of the next steps to attempt, ticks, start."""
-LARGEST_TILT_RATIO_AFTER_RECORD_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
-    LargestTiltRatioInSecondHalfAfterRecord, "largest_tilt_over_critical_angle"
-)
-SLIDING_CASE_END_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
-    LastSampleOfContinuedSlidingCase, "end_sample_while_sliding_or_zero_if_unknown"
-)
 
 
 @njit(**INLINE_OPTIONS)
@@ -386,7 +366,7 @@ def write_body_trajectory_row(
     """Write time, pose, velocities and base acceleration of the body in column `lane` into `trajectory_row`."""
     body = load_body_constants(body_states, lane)
     s = load_body_state(body_states, lane)
-    shaking = load_accelerations_from_base_motion(body_states, lane)
+    shaking = load_inertial_and_upward_base_accelerations(body_states, lane)
     trajectory_row.time = (
         load_case_progress(body_states, lane).current_sample + s.ticks_since_sample_start / ticks_per_sample
     ) * sampling_interval_s

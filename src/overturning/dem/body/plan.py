@@ -1,7 +1,7 @@
 """Plan of the cases of a 3-D body: solids, contact constants, time steps, and samples that can be skipped."""
 
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyTrajectory
 from overturning.dem.body.results import outcome_variables_of_bodies
 from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, RoundBaseLoopTag
-from overturning.dem.body.state import MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE, PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
+from overturning.dem.body.state import PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.body.statics import (
     MAX_CACHED_SOLIDS,
     body_pose_at_rest_on_springs,
@@ -19,6 +19,7 @@ from overturning.dem.body.statics import (
     smallest_squared_frequency_on_unit_springs,
     unloading_acceleration_g_and_min_to_mean_load,
 )
+from overturning.dem.body.step_control import longest_step_count_per_sample_and_step_control
 from overturning.dem.body.tables import (
     CASE_TABLE_DTYPE,
     INITIAL_STATE_DTYPE,
@@ -27,8 +28,6 @@ from overturning.dem.body.tables import (
     body_constant_and_vertex_tables,
     initial_conditions_at_rest,
 )
-from overturning.dem.kernel.clock import BODY_STEP_CONTROL as PACE
-from overturning.dem.kernel.clock import StepLimitsCommonToAllCases
 from overturning.dem.limits import (
     MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
     static_penetration_exceeds_limit,
@@ -43,9 +42,7 @@ from overturning.dem.quiet import (
 )
 from overturning.dem.time_step import (
     IntegrationScheme,
-    inverse_contact_frequency_reduced_at_high_damping,
     parse_scheme,
-    steps_per_sample,
 )
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
@@ -329,62 +326,6 @@ def _rest_acceleration_limit_g_by_case(
         ratio[solid_index_by_case], friction_by_case * unloads[solid_index_by_case, 1],
         unloads[solid_index_by_case, 0], rings, MAX_REST_LIMIT_TO_ONSET_ACCELERATION_RATIO,
     )  # fmt: skip
-
-
-def longest_step_count_per_sample_and_step_control(
-    numerics: NumericalOptions,
-    omega_squared_of_highest_contact_mode_by_case: FloatArray,
-    two_xi_omega_of_highest_contact_mode_by_case: FloatArray,
-    sampling_interval_s: float,
-    rocking_time_constant_s_by_case: FloatArray,
-    kernel_step_control: StepLimitsCommonToAllCases = PACE,
-) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Return the number of longest steps in a sample, for n cases, and the columns of their step control by name.
-
-    ω² (1/s²) and 2ξω (1/s) are those of the highest vibration on the contact springs, the rocking time constant is
-    1/p (s). All arrays have the shape (n,). `kernel_step_control` holds the step control of the kernel.
-
-    Raises
-    ------
-    ArgumentError
-        If the time step is longer than the longest allowed one.
-    """
-    # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = kernel_step_control.longest_whole_step_in_rocking_time_constants * rocking_time_constant_s_by_case
-    per_sample = partial(
-        steps_per_sample, IntegrationScheme.CUNDALL, omega_squared_of_highest_mode=(2.0 / whole) ** 2,
-        two_xi_omega_of_highest_mode=np.zeros(whole.size), sampling_interval=sampling_interval_s,
-        block_rocking_time_constant_by_case_s=rocking_time_constant_s_by_case,
-    )  # fmt: skip
-    usual = per_sample("1 stable")
-    steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
-    tick = sampling_interval_s / steps / kernel_step_control.ticks_per_whole_step
-    contact = inverse_contact_frequency_reduced_at_high_damping(
-        omega_squared_of_highest_contact_mode_by_case, two_xi_omega_of_highest_contact_mode_by_case
-    )
-    share = np.minimum(sampling_interval_s / steps / whole, 1.0)
-    most = kernel_step_control.max_contact_change_step_times_omega * share * contact / tick
-    finest = np.exp2(np.frexp(np.clip(most, 1.0, kernel_step_control.ticks_per_whole_step))[1] - 1.0)
-    # A refined case has shorter ticks, hence more of them.
-    steps = steps * numerics.refinement
-    # A contact that is not overdamped would keep oscillating in steps of a sample.
-    rigid = (
-        np.sqrt(omega_squared_of_highest_contact_mode_by_case) * sampling_interval_s
-        >= MIN_OMEGA_DT_FOR_STEPS_OF_ONE_SAMPLE
-    ) & (two_xi_omega_of_highest_contact_mode_by_case >= np.sqrt(omega_squared_of_highest_contact_mode_by_case))
-    return steps, {
-        "min_allowed_step_ticks": finest,
-        "longest_step_with_all_contacts_closed_ticks": kernel_step_control.ticks_per_whole_step
-        * np.where(rigid, np.gcd(usual, steps), 1),
-        "steps_before_doubling_after_contact_change": np.round(
-            kernel_step_control.steps_of_equal_length_before_doubling(
-                omega_squared_of_highest_contact_mode_by_case, two_xi_omega_of_highest_contact_mode_by_case
-            )
-            * steps
-            / usual
-        ),
-        "long_steps_before_doubling": np.round(kernel_step_control.long_steps_before_doubling * steps / usual),
-    }
 
 
 def base_motion_indices_cosines_and_accelerations(

@@ -11,6 +11,25 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.body.access import (
+    AT_REST_AT_SAMPLE_START_ROW_OFFSET,
+    CURRENT_SAMPLE_ROW_OFFSET,
+    LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET,
+    LAST_UPRIGHT_TIME_ROW_OFFSET,
+    LOADED_SAMPLE_NUMBER_ROW_OFFSET,
+    NEXT_STEP_TICKS_ROW_OFFSET,
+    REST_ACCELERATION_LIMIT_ROW_OFFSET,
+    STATE_ROW_COUNT,
+    TICKS_SINCE_SAMPLE_START_ROW_OFFSET,
+    VALUE_COUNT_PER_VERTEX_IN_ALL_LANES,
+    load_body_constants,
+    load_body_state,
+    load_case_progress,
+    load_peaks_and_last_upright_tick,
+    load_termination_limits,
+    store_inertial_and_upward_base_accelerations,
+    store_rotation_quaternion,
+)
 from overturning.dem.body.centred_loops import build_time_stepping_loop
 from overturning.dem.body.ending import (
     body_rests_upright_on_all_base_vertices,
@@ -19,28 +38,12 @@ from overturning.dem.body.ending import (
     write_body_trajectory_row,
     write_case_results,
 )
+from overturning.dem.body.rotation import inertial_accelerations_until_next_sample
 from overturning.dem.body.start import write_body_constants_and_initial_state
-from overturning.dem.body.state import (
-    PARALLEL_CASE_COUNT,
-    STATE_ROW_LAYOUT,
-    TICKS_PER_WHOLE_STEP,
-    VERTEX_ROW_LAYOUT,
-    BodyConstants,
-    BodyPeaksAndLastUprightTick,
-    BodyState,
-    BodyTerminationLimits,
-    BodyVertex,
-    ContactPointAtStepStartAndEnd,
-    InertialAndUpwardBaseAccelerations3D,
-    LoadedBaseMotionSampleNumber,
-    inertial_accelerations_until_next_sample,
-)
+from overturning.dem.body.state import PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.body.vectors import renormalise_nearly_unit_quaternion, rotation_matrix
-from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import (
     MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO,
-    CaseProgress,
-    RestAccelerationLimitAndAtRestFlag,
     case_cannot_have_ended,
     continuation_sample_tick_and_last_upright_time,
 )
@@ -113,44 +116,6 @@ class ParallelBodiesStateArrays(NamedTuple):
     """Rows of the bodies, followed by those of the vertices."""
     vertex_rows: Any
     """Rows of the vertices: a view of `state`."""
-
-
-load_body_constants, store_body_constants, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyConstants)
-load_body_state, store_body_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState)
-store_rotation_quaternion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyState, "rotation").store
-load_peaks_and_last_upright_tick, store_peaks_and_last_upright_tick, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
-    BodyPeaksAndLastUprightTick
-)
-load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
-load_termination_limits, store_termination_limits, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(BodyTerminationLimits)
-store_inertial_and_upward_base_accelerations, store_next_step_to_attempt, store_step_lengths_and_doubling_counts = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
-    for of in (InertialAndUpwardBaseAccelerations3D, NextStepToAttempt, CaseStepLengthsAndDoublingCounts)
-)
-store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
-store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactPointAtStepStartAndEnd, "at_step_start"
-).store
-STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
-"""Number of rows, of one value per lane, that hold a body without its vertices."""
-VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
-"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
-TICKS_SINCE_SAMPLE_START_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(BodyState, "ticks_since_sample_start")
-LAST_UPRIGHT_TICK_OF_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
-    BodyPeaksAndLastUprightTick, "last_upright_tick_in_sample"
-)
-NEXT_STEP_LENGTH_ROW_OFFSET, LOADED_SAMPLE_NUMBER_ROW_OFFSET = (
-    STATE_ROW_LAYOUT.row_offset_of_field(NextStepToAttempt, "length_in_ticks"),
-    STATE_ROW_LAYOUT.row_offset_of_field(LoadedBaseMotionSampleNumber, "one_based_sample_number_or_zero"),
-)
-REST_ACCELERATION_LIMIT_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
-    RestAccelerationLimitAndAtRestFlag, "max_base_acceleration_without_motion_g"
-)
-AT_REST_AT_SAMPLE_START_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(
-    RestAccelerationLimitAndAtRestFlag, "was_at_rest_at_sample_start"
-)
-CURRENT_SAMPLE_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "current_sample")
-LAST_UPRIGHT_TIME_ROW_OFFSET = STATE_ROW_LAYOUT.row_offset_of_field(CaseProgress, "last_time_below_critical_angle")
 
 
 select_time_stepping_loop_by_base_shape = create_lookup_by_type(LOOP_BY_BASE_SHAPE_TAG)
@@ -335,7 +300,7 @@ def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> in
     number = 0
     for j in range(active_lane_count):
         s = load_body_state(body_states, j)
-        length = body_states[NEXT_STEP_LENGTH_ROW_OFFSET + j]
+        length = body_states[NEXT_STEP_TICKS_ROW_OFFSET + j]
         least = (
             MAX_ACCELERATION_AT_REST_TO_REST_LIMIT_RATIO * body_states[REST_ACCELERATION_LIMIT_ROW_OFFSET + j] * GRAVITY
         )

@@ -1,22 +1,33 @@
 """Start of a 3-D case: constants, initial state and limits of a body in the column of a lane."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numba import njit
 
+from overturning.dem.body.access import (
+    REST_ACCELERATION_LIMIT_ROW_OFFSET,
+    STATE_ROW_COUNT,
+    VALUE_COUNT_PER_VERTEX_IN_ALL_LANES,
+    store_body_constants,
+    store_body_state,
+    store_case_progress,
+    store_next_step_to_attempt,
+    store_peaks_and_last_upright_tick,
+    store_point_state_at_step_start,
+    store_step_lengths_and_doubling_counts,
+    store_termination_limits,
+    store_vertex,
+)
 from overturning.dem.body.ending import body_energy_per_mass, vertical_angular_momentum_about_origin_per_mass
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
-    STATE_ROW_LAYOUT,
-    VERTEX_ROW_LAYOUT,
     BodyConstants,
     BodyContactPointState,
     BodyPeaksAndLastUprightTick,
     BodyState,
     BodyTerminationLimits,
     BodyVertex,
-    ContactPointAtStepStartAndEnd,
     squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.vectors import (
@@ -33,34 +44,10 @@ from overturning.dem.body.vectors import (
     transpose,
 )
 from overturning.dem.kernel.clock import CaseStepLengthsAndDoublingCounts, NextStepToAttempt
-from overturning.dem.kernel.ending import CaseProgress, RestAccelerationLimitAndAtRestFlag
+from overturning.dem.kernel.ending import CaseProgress
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import FLAT_LANDING_DURATION_IN_DECAY_TIMES
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-
-(
-    store_body_constants, store_body_state, store_peaks_and_last_upright_tick, store_case_progress,
-    store_termination_limits,
-    store_next_step_to_attempt, store_step_lengths_and_doubling_counts,
-) = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store
-    for of in (
-        BodyConstants, BodyState, BodyPeaksAndLastUprightTick, CaseProgress, BodyTerminationLimits, NextStepToAttempt,
-        CaseStepLengthsAndDoublingCounts
-    )
-)  # fmt: skip
-store_vertex = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(BodyVertex).store
-store_point_state_at_step_start = VERTEX_ROW_LAYOUT.tuple_reader_and_writer(
-    ContactPointAtStepStartAndEnd, "at_step_start"
-).store
-STATE_ROW_COUNT: Final = STATE_ROW_LAYOUT.row_count
-"""Number of rows, of one value per lane, that hold a body without its vertices."""
-VALUE_COUNT_PER_VERTEX_IN_ALL_LANES: Final = VERTEX_ROW_LAYOUT.array_length
-"""Number of values in the state array that hold one vertex or rim point, over all lanes."""
-ROW_OFFSET_OF_REST_ACCELERATION_LIMIT: Final = STATE_ROW_LAYOUT.row_offset_of_field(
-    RestAccelerationLimitAndAtRestFlag, "max_base_acceleration_without_motion_g"
-)
-"""Array index at which the base accelerations over g up to which bodies stay at rest start."""
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
@@ -112,7 +99,7 @@ def write_body_constants_and_initial_state(
         case_table_row.first_simulated_sample * sampling_interval_s,
         body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,
     ))  # fmt: skip
-    body_states[ROW_OFFSET_OF_REST_ACCELERATION_LIMIT + lane] = case_table_row.max_base_acceleration_without_motion_g
+    body_states[REST_ACCELERATION_LIMIT_ROW_OFFSET + lane] = case_table_row.max_base_acceleration_without_motion_g
     store_termination_limits(body_states, lane, BodyTerminationLimits(
         vertical_angular_momentum_about_origin_per_mass(begin), body_table_row.min_base_edge_distance_from_centre,
         body_table_row.fall_tilt_cosine,

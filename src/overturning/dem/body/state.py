@@ -6,7 +6,7 @@ coincide with these at rest; vectors "in space" are components in this frame. `o
 the memory layout. The vertices of a body have an array of their own, one block of rows `VERTEX_ROW_LAYOUT` per vertex.
 """
 
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from numba import njit
 
@@ -15,12 +15,6 @@ from overturning.dem.body.vectors import (
     Quaternion,
     SymmetricMatrix,
     Vector3,
-    expand_symmetric_matrix,
-    extrapolate_vector,
-    matrix_times_vector,
-    rotate_quaternion,
-    rotation_matrix,
-    transpose,
 )
 from overturning.dem.kernel.clock import BODY_STEP_CONTROL, CaseStepLengthsAndDoublingCounts, NextStepToAttempt
 from overturning.dem.kernel.ending import (
@@ -29,8 +23,8 @@ from overturning.dem.kernel.ending import (
     LastSampleOfContinuedSlidingCase,
     RestAccelerationLimitAndAtRestFlag,
 )
-from overturning.dem.kernel.ground import LinearBaseAcceleration, linear_base_acceleration_of_sample
-from overturning.dem.kernel.lanes import INLINE_OPTIONS, INTERNAL_COMPILE_OPTIONS, TupleRowLayout
+from overturning.dem.kernel.ground import LinearBaseAcceleration
+from overturning.dem.kernel.lanes import INLINE_OPTIONS, TupleRowLayout
 
 PARALLEL_CASE_COUNT: Final = 16
 """Number of bodies computed side by side: their rows fit into an L1 cache of 48 KB, those of more bodies would not."""
@@ -347,56 +341,6 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
 VERTEX_ROW_LAYOUT: Final = TupleRowLayout(
     PARALLEL_CASE_COUNT, BodyVertex, ContactPointAtStepStartAndEnd, PredictedContactPoint
 )
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def inertial_accelerations_until_next_sample(
-    base_acceleration_xy: Any, upward_base_acceleration: Any, sample_index: int, amplitude_factor: float,
-    samples_per_tick: float,
-) -> InertialAndUpwardBaseAccelerations3D:  # fmt: skip
-    """Return the inertial accelerations in the frame of the base, × a factor, linear from a sample to the next one.
-
-    `base_acceleration_xy` holds the accelerations of the base along x and y, shape (2, samples), m/s². Only the
-    horizontal ones change their sign: the upward one remains that of the base.
-    """
-    return InertialAndUpwardBaseAccelerations3D(
-        linear_base_acceleration_of_sample(base_acceleration_xy[0], sample_index, -amplitude_factor, samples_per_tick),
-        linear_base_acceleration_of_sample(base_acceleration_xy[1], sample_index, -amplitude_factor, samples_per_tick),
-        linear_base_acceleration_of_sample(upward_base_acceleration, sample_index, amplitude_factor, samples_per_tick),
-    )
-
-
-@njit(**INLINE_OPTIONS)
-def angular_velocity_from_momentum(
-    mass_times_inverse_inertia: SymmetricMatrix, body_axes: Matrix3, angular_momentum_per_mass: Vector3
-) -> Vector3:
-    """Return the angular velocity (rad/s) of a body from its angular momentum per mass, in the axes of the base."""
-    own = matrix_times_vector(transpose(body_axes), angular_momentum_per_mass)
-    inverse = expand_symmetric_matrix(mass_times_inverse_inertia)
-    return matrix_times_vector(body_axes, matrix_times_vector(inverse, own))
-
-
-@njit(**INLINE_OPTIONS)
-def rotation_and_angular_velocity_after_step(
-    mass_times_inverse_inertia: SymmetricMatrix, rotation_at_step_start: Quaternion,
-    angular_momentum_per_mass_at_half_step: Vector3, contact_moment_per_mass: Vector3, step_length_s: float,
-) -> tuple[Quaternion, Vector3]:  # fmt: skip
-    """Return the rotation (quaternion) and angular velocity of a body after a step (s) with constant moment."""
-    half, inverse, momentum = 0.5 * step_length_s, mass_times_inverse_inertia, angular_momentum_per_mass_at_half_step
-    w = angular_velocity_from_momentum(inverse, rotation_matrix(rotation_at_step_start), momentum)
-    mid_turn = rotate_quaternion(rotation_at_step_start, half, w)
-    w = angular_velocity_from_momentum(inverse, rotation_matrix(mid_turn), momentum)
-    end_turn = rotate_quaternion(rotation_at_step_start, step_length_s, w)
-    end_momentum = extrapolate_vector(momentum, half, contact_moment_per_mass)
-    return end_turn, angular_velocity_from_momentum(inverse, rotation_matrix(end_turn), end_momentum)
-
-
-@njit(**INLINE_OPTIONS)
-def angular_velocity_of_state(body: BodyConstants, state: BodyState) -> Vector3:
-    """Return the angular velocity (rad/s) of a body in the axes of the base, from the angular momentum in `state`."""
-    return angular_velocity_from_momentum(
-        body.mass_times_inverse_inertia, rotation_matrix(state.rotation), state.angular_momentum_per_mass
-    )
 
 
 @njit(**INLINE_OPTIONS)

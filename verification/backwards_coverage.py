@@ -27,12 +27,13 @@ from overturning.report.drawings import write_ground_motion_posterior_figure
 from overturning.report.render import parse_markdown_and_number_figures_and_tables, render_template_as_markdown
 from overturning.report.terminal import plain_text_of_uncollapsed_paragraphs
 from overturning.statistics.bootstrap import ConfidenceInterval, bootstrap_interval, exact_interval_if_all_0_or_all_1
+from overturning.surveys.counted_stones import read_counted_stones
 from overturning.surveys.inversion import DIRECTION_LIKELIHOOD_EXPONENT, MIN_FIT_P_VALUE, SurveyInversion
 from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import MotionPosterior
 from overturning.surveys.responses import StoneHeightAndSideRatios, StoneOutcomeProbabilities
 from overturning.surveys.stone_outcomes import SIMULATED_PGV_M_S
-from overturning.surveys.stones import Stone, read_counted_stones
+from overturning.surveys.stones import Stone
 from verification.tables import (
     RESULT_TABLE_FOLDER,
     ROOT,

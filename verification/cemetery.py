@@ -25,8 +25,9 @@ from overturning.figures.style import (
 )
 from overturning.figures.write import save_figure_files
 from overturning.findings.causes import skill_of_published_criteria
+from overturning.findings.opening import open_study_results
 from overturning.findings.population import population_findings
-from overturning.findings.results import StudyResults, open_study_results
+from overturning.findings.results import StudyResults
 from overturning.findings.values import Estimate
 from overturning.model.cases import Cases
 from overturning.records.store import read_record_from_motion_file

@@ -7,12 +7,13 @@ from typing import Final
 
 import pandas as pd
 
-from overturning.findings.contrast import (
+from overturning.findings.opening import open_study_results
+from overturning.findings.results import StudyResults
+from overturning.findings.soil import (
     SoilProfileFallRatesAtAmplitude,
     notes_on_unconverged_soil_analyses,
     population_fall_rates_by_soil_and_amplitude,
 )
-from overturning.findings.results import StudyResults, open_study_results
 from overturning.study.load import load_study
 from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, settings_changed_by_variant
 from overturning.units import STANDARD_GRAVITY

@@ -192,7 +192,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault, the epicentre and the motion's peak and pulse axes, by B/H."""
     from overturning.figures.alignment import fall_alignment_by_b_over_h_figure
     from overturning.figures.content import check_has_fall_alignment
-    from overturning.statistics.earthquakes import alignments_with_reference_axes_by_record_group
+    from overturning.statistics.reference_directions import alignments_with_reference_axes_by_record_group
 
     _check_cube_has_coordinate_for_figure(cube, "orientation", "follow")
 

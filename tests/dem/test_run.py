@@ -12,7 +12,7 @@ from overturning.dem.block.tables import RESULT_TABLE_DTYPE, TRAJECTORY_ROW_DTYP
 from overturning.dem.kernel.queue import grow_trajectory_array_if_needed, run_case_queue
 from overturning.dem.numerics import NumericalOptions
 from overturning.dem.plan import SimulationPlan
-from overturning.dem.polygon import arrays
+from overturning.dem.polygon import tables
 from overturning.dem.polygon.plan import PolygonSimulationPlan
 from overturning.dem.run import plan_simulation, run_cases, simulate_cases
 from overturning.dem.simulate import create_case_grid, simulate_as_arrays, simulate_grid
@@ -38,7 +38,7 @@ def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() 
     """`CaseResults.store_outcomes` copies columns by name, so that no table translates the names."""
     names = {variable.name for variable in PLANAR_OUTCOME_VARIABLES} - {"mirrored"} | {*CASE_COUNTER_NAMES}
     assert {*RESULT_TABLE_DTYPE.names} == names
-    assert {*arrays.RESULT_TABLE_DTYPE.names, *arrays.ELEMENT_RESULT_TABLE_DTYPE.names} == names
+    assert {*tables.RESULT_TABLE_DTYPE.names, *tables.ELEMENT_RESULT_TABLE_DTYPE.names} == names
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from overturning.findings.comparison import comparisons_with_second_computations, share_of_changed_cases
-from overturning.findings.contrast import angles_between_soil_and_rock_fall_axes_deg
 from overturning.findings.exactness import _records_with_unusually_many_outcome_changes
+from overturning.findings.soil import angles_between_soil_and_rock_fall_axes_deg
 from overturning.study.convergence import (
     ChangesWithFinerSteps,
     ConvergenceCheckResult,

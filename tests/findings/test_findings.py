@@ -25,12 +25,14 @@ from overturning.errors import ArgumentError
 from overturning.figures.fall_rate import fragility_curves_figure
 from overturning.findings.causes import logistic_fit_findings
 from overturning.findings.collect import Findings, findings_schema
-from overturning.findings.contrast import compare_study_with_variants, population_fall_rates_by_soil_and_amplitude
+from overturning.findings.contrast import compare_study_with_variants
 from overturning.findings.direction import fall_direction_findings
 from overturning.findings.extent import choose_fall_maps_for_report, count_records_and_blocks_with_direction_range
 from overturning.findings.lines import finding_text_lines
+from overturning.findings.opening import open_study_results
 from overturning.findings.processing import DRIFT_DOUBT_KIND, TRUSTED_CONTRADICTION_DOUBT_KIND
-from overturning.findings.results import StudyResults, open_study_results
+from overturning.findings.results import StudyResults
+from overturning.findings.soil import population_fall_rates_by_soil_and_amplitude
 from overturning.findings.study import (
     case_counts_and_overturned_shares,
     numerical_errors_and_software_versions,

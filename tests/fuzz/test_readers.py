@@ -17,7 +17,7 @@ from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.read import read_record_without_processing
 from overturning.study.load import load_study
 from overturning.study.preflight import estimate_and_check_study_size, find_record_rows_and_files
-from overturning.surveys.stones import read_counted_stones
+from overturning.surveys.counted_stones import read_counted_stones
 from tests.fuzz.spoiling import (
     apply_edits,
     assert_read_or_plain_error,

@@ -10,9 +10,9 @@ from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ArgumentError, RecordError
 from overturning.records.assembly import assemble_record
+from overturning.records.axis_direction import direction_from_channel_code, parse_axis_direction
 from overturning.records.catalogue import RecordTableRow
 from overturning.records.check import check_records_in_files
-from overturning.records.component import direction_from_channel_code, parse_axis_direction
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.files import read_components
 from overturning.records.read import read_record, read_record_without_processing

@@ -12,7 +12,7 @@ from overturning.findings.collect import findings, write_findings
 from overturning.report.write import write_report
 from overturning.study.cube import open_cube
 from overturning.study.load import study_from_content
-from overturning.surveys.comparison import read_survey_comparison
+from overturning.surveys.stored_comparison import read_survey_comparison
 from tests.report.tiny_studies import pulse_record, simulate_study_into_result_folder
 
 

@@ -25,7 +25,8 @@ from overturning.report.render import (
     translate_whole_text_by_table,
 )
 from overturning.report.terminal import plain_text_of_uncollapsed_paragraphs, terminal_lines_of_markdown
-from overturning.statistics.criteria import OVERTURNING_CRITERIA, SLENDERNESS_ONLY_RULE_NAME
+from overturning.statistics.criteria import SLENDERNESS_ONLY_RULE_NAME
+from overturning.statistics.criteria_limits import OVERTURNING_CRITERIA
 from overturning.statistics.falls import BLOCK_SELECTION_RULES_IN_REPORT
 from overturning.translation.texts import translate
 from tests.report.by_hand import (

@@ -14,16 +14,18 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.criteria import (
     MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO,
-    OVERTURNING_CRITERIA,
     SLENDERNESS_ONLY_RULE_NAME,
     OverturningCriteriaScores,
     WeightedFallPredictionCounts,
+    score_overturning_criteria,
+)
+from overturning.statistics.criteria_limits import (
+    OVERTURNING_CRITERIA,
     block_frequency_parameter,
     ishiyama_velocity_limit,
     kaneko_hayashi_median_fall_pga,
     kaneko_hayashi_transition_frequency,
     pulse_acceleration_to_overturn_after_impact,
-    score_overturning_criteria,
     sine_pulse_pga_to_overturn_without_impact,
     west_acceleration_limit,
 )

@@ -22,17 +22,19 @@ from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.elements import count_falls_of_each_and_any_element, summarise_element_displacements
 from overturning.statistics.falls import (
     BLOCK_SELECTION_RULES_IN_REPORT,
-    count_differing_and_all_neighbour_pairs,
-    cube_with_opposite_azimuths,
-    fall_count_or_probability_by_fall_azimuth,
     mask_of_blocks_for_direction_statistics,
     mean_fall_directions_and_axes_over_azimuths,
     mean_fall_probability_over_directions,
+    share_of_directions_with_overturning,
+)
+from overturning.statistics.opposite_azimuths import (
+    count_differing_and_all_neighbour_pairs,
+    cube_with_opposite_azimuths,
+    fall_count_or_probability_by_fall_azimuth,
     overturned_share,
     overturned_shares_by_record,
     overturned_shares_near_and_off_fault_normal,
     overturning_indicator,
-    share_of_directions_with_overturning,
 )
 
 

@@ -12,8 +12,6 @@ from overturning.model.body import Body
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.statistics.circular import ROSE_SECTOR_COUNT
 from overturning.statistics.earthquakes import (
-    alignments_with_reference_axes_by_record_group,
-    azimuth_away_from_epicentre,
     fall_axes_from_fault_normal_by_earthquake,
     fall_sums_for_direction_statistics_by_record,
     summarise_fall_axes,
@@ -24,6 +22,10 @@ from overturning.statistics.falls import (
     mean_fall_probability_over_directions,
 )
 from overturning.statistics.illustrative import find_best_case_for_each_behaviour
+from overturning.statistics.reference_directions import (
+    alignments_with_reference_axes_by_record_group,
+    azimuth_away_from_epicentre,
+)
 from overturning.statistics.roses import fall_rose
 from overturning.statistics.space import (
     count_agreeing_and_differing_2d_3d_outcomes,

@@ -18,10 +18,12 @@ from overturning.settings import EnsembleSettings, StonePopulation
 from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_earthquake
 from overturning.statistics.elements import compare_falls_of_two_stones_over_earthquakes, count_falls_of_two_stones
 from overturning.statistics.falls import (
-    fall_count_or_probability_by_fall_azimuth,
     mask_of_blocks_for_direction_statistics,
     mean_fall_directions_and_axes_over_azimuths,
     mean_fall_probability_over_directions,
+)
+from overturning.statistics.opposite_azimuths import (
+    fall_count_or_probability_by_fall_azimuth,
     overturned_shares_by_record,
 )
 from overturning.surveys.population import population_outcome_rates_by_record

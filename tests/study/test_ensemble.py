@@ -28,13 +28,12 @@ from overturning.study import ensemble
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import (
     MEMBERS_PER_BATCH,
-    EnsembleParameterChanges,
     EnsembleRunner,
-    draw_parameter_changes_of_members,
     fall_probability_convergence_mask,
     mask_of_cases_for_ensemble_runs,
     wilson_95_percent_interval,
 )
+from overturning.study.ensemble_members import EnsembleParameterChanges, draw_parameter_changes_of_members
 from overturning.study.load import study_from_content
 from overturning.study.recheck import recompute_and_compare_random_cases
 from tests.study.small_study import simulate_study_cube, sine_cycle_record

@@ -10,7 +10,8 @@ from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.scan import ScannedStone
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import EnsembleParameterChanges, EnsembleRunner, draw_parameter_changes_of_members
+from overturning.study.ensemble import EnsembleRunner
+from overturning.study.ensemble_members import EnsembleParameterChanges, draw_parameter_changes_of_members
 from overturning.study.load import load_study_from_file_or_json, study_from_content
 
 STONE_VERTICES = np.array(

@@ -14,7 +14,7 @@ from overturning.files import atomic_write, checksum_at_end_matches
 from overturning.records.record import Record
 from overturning.records.store import read_record_from_motion_file, write_record_to_motion_file
 from overturning.settings import EnsembleSettings
-from overturning.study.ensemble import EnsembleParameterChanges, draw_parameter_changes_of_members
+from overturning.study.ensemble_members import EnsembleParameterChanges, draw_parameter_changes_of_members
 from overturning.study.resume import (
     back_up_cubes,
     lock_results_folder_or_refuse,

@@ -28,7 +28,7 @@ from overturning.statistics.elements import (
     count_falls_of_two_stones,
 )
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import draw_parameter_changes_of_members
+from overturning.study.ensemble_members import draw_parameter_changes_of_members
 from overturning.study.load import study_from_content
 from overturning.study.recheck import recompute_and_compare_random_cases
 from overturning.study.scenes import variant_scene

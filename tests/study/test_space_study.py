@@ -22,7 +22,7 @@ from overturning.study.answers import (
 )
 from overturning.study.convergence_check import rerun_cases_with_finer_steps_and_stiffer_contacts
 from overturning.study.cube import open_cube, study_of_cube
-from overturning.study.ensemble import draw_parameter_changes_of_members
+from overturning.study.ensemble_members import draw_parameter_changes_of_members
 from overturning.study.film_options import film_command_options_and_stone_sizes
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import load_study, load_study_from_file_or_json, study_from_content

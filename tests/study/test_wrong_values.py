@@ -15,7 +15,7 @@ from overturning.model.scene import Scene, parse_scene_content
 from overturning.records.catalogue import RecordTableRow
 from overturning.study.load import study_from_content
 from overturning.study.schema import Study
-from overturning.surveys.standing import FragilityCurveParametersRow, HazardCurveRow
+from overturning.surveys.hazard import FragilityCurveParametersRow, HazardCurveRow
 from overturning.surveys.stones import SurveyRow
 from overturning.tables import read_table_rows
 

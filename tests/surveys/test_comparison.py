@@ -11,7 +11,7 @@ from overturning.errors import ArgumentError
 from overturning.findings.surveys import survey_prediction_findings
 from overturning.settings import StonePopulation
 from overturning.statistics.bootstrap import exact_share_interval
-from overturning.surveys.comparison import StoredSurveyComparison, compare_survey_with_prediction
+from overturning.surveys.comparison import compare_survey_with_prediction
 from overturning.surveys.fall_directions import octant_weights_of_fallen_stone
 from overturning.surveys.population import population_outcome_rates_by_record
 from overturning.surveys.prediction import (
@@ -21,6 +21,7 @@ from overturning.surveys.prediction import (
     observed_standing_or_side_index,
 )
 from overturning.surveys.stones import OCTANTS, Stone
+from overturning.surveys.stored_comparison import StoredSurveyComparison
 
 
 @pytest.fixture

@@ -15,7 +15,8 @@ from overturning.surveys.directions_in_space import (
     FallDirectionComparisonIn3D,
     fall_shares_by_sector_smoothed_over_arcs,
 )
-from overturning.surveys.displacements import StoredDisplacementComparison, compare_falls_shifts_and_twists
+from overturning.surveys.displacement_results import StoredDisplacementComparison
+from overturning.surveys.displacements import compare_falls_shifts_and_twists
 from overturning.surveys.stones import OCTANTS, read_survey_table
 from tests.surveys.test_displacements import CUBE_GRID, cube_of_unmoved_stones_except_given_values
 

@@ -11,11 +11,8 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.findings.survey_displacements import survey_displacement_findings
 from overturning.statistics.bootstrap import exact_median_interval
-from overturning.surveys.displacements import (
-    FallAndDisplacementComparison,
-    StoredDisplacementComparison,
-    compare_falls_shifts_and_twists,
-)
+from overturning.surveys.displacement_results import FallAndDisplacementComparison, StoredDisplacementComparison
+from overturning.surveys.displacements import compare_falls_shifts_and_twists
 from overturning.surveys.stones import SurveyTable, read_survey_table
 
 CUBE_GRID: dict[str, Any] = {

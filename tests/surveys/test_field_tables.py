@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
+from overturning.surveys.counted_stones import read_counted_stones
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import SurveyTable, read_counted_stones, read_survey_table
+from overturning.surveys.stones import SurveyTable, read_survey_table
 
 
 def write_and_read_survey_table(

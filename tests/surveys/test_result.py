@@ -9,12 +9,9 @@ import pytest
 from overturning.errors import ResultError
 from overturning.findings.surveys import survey_prediction_findings
 from overturning.stored import write_result_as_json
-from overturning.surveys.comparison import (
-    compare_survey_with_prediction,
-    make_stored_survey_comparison,
-    read_survey_comparison,
-)
+from overturning.surveys.comparison import compare_survey_with_prediction
 from overturning.surveys.stones import Stone
+from overturning.surveys.stored_comparison import make_stored_survey_comparison, read_survey_comparison
 
 
 @pytest.mark.parametrize("faces", [True, False])

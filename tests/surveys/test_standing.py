@@ -12,14 +12,13 @@ from scipy.stats import binomtest, norm
 
 from overturning.cli import main
 from overturning.statistics.fragility_files import write_fragility_csv
-from overturning.surveys.standing import (
+from overturning.surveys.hazard import (
     FragilityCurveParametersRow,
     HazardCurve,
-    estimate_standing_probability,
     read_fragility_curves,
     read_hazard_curves_by_intensity_measure,
-    upper_bound_of_annual_fall_rate,
 )
+from overturning.surveys.standing import estimate_standing_probability, upper_bound_of_annual_fall_rate
 from tests.statistics.conftest import fit_curve_to_lognormal_fall_rates
 
 

@@ -7,11 +7,8 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
-from overturning.surveys.stones import (
-    SURVEY_COLUMNS,
-    read_counted_stones,
-    read_fallen_and_standing_stones_notes_and_warnings,
-)
+from overturning.surveys.counted_stones import read_counted_stones, read_fallen_and_standing_stones_notes_and_warnings
+from overturning.surveys.stones import SURVEY_COLUMNS
 
 
 def write_survey(folder: Path, text: str, encoding: str = "utf-8") -> Path:

@@ -13,7 +13,8 @@ from overturning.figures.style import use_package_matplotlib_settings
 from overturning.findings.causes import logistic_fit_findings, skill_of_published_criteria
 from overturning.findings.direction import fall_alignments_with_references, planar_model_agreement
 from overturning.findings.exactness import ensemble_findings, final_twist_findings
-from overturning.findings.results import StudyResults, open_study_results
+from overturning.findings.opening import open_study_results
+from overturning.findings.results import StudyResults
 from overturning.settings import StonePopulation
 from overturning.statistics.elements import count_falls_of_each_and_any_element, count_falls_of_two_stones
 from overturning.statistics.illustrative import find_best_case_for_each_behaviour

@@ -9,7 +9,7 @@ import pytest
 
 from overturning.records.store import read_record_from_motion_file
 from overturning.study.cube import open_cube
-from overturning.surveys.comparison import read_survey_comparison
+from overturning.surveys.stored_comparison import read_survey_comparison
 from overturning.units import STANDARD_GRAVITY
 from tests.workflow.conftest import StudyWorkflowCopyWithPlanning
 

@@ -31,6 +31,7 @@ from overturning.dem.body.centred import (
     rim_point_position_from_centre,
     slip_direction_and_tilting_share_in_flat_landing,
 )
+from overturning.dem.body.rotation import angular_velocity_from_momentum
 from overturning.dem.body.rules import LOOP_BY_BASE_SHAPE_TAG
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
@@ -45,7 +46,6 @@ from overturning.dem.body.state import (
     BodyVertex,
     ContactPointAtStepStartAndEnd,
     InertialAndUpwardBaseAccelerations3D,
-    angular_velocity_from_momentum,
     squared_sine_of_lean_continued_beyond_90_deg,
 )
 from overturning.dem.body.state import BodyConstants as Constants

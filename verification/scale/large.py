@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from overturning.study.ensemble import draw_parameter_changes_of_members
+from overturning.study.ensemble_members import draw_parameter_changes_of_members
 from verification.scale.made import (
     synthetic_study,
     write_study_as_json,

@@ -15,7 +15,7 @@ from overturning.commands.fork_client import start_fork_server
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
 from overturning.statistics.fragility_files import openquake_file_name
-from overturning.surveys.stones import read_counted_stones
+from overturning.surveys.counted_stones import read_counted_stones
 from overturning.study.grounds import (
     soil_layers_and_records_by_soil_cube_name,
     check_soil_sites_occur_in_survey_table,

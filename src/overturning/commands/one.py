@@ -1,12 +1,9 @@
 """`overturning one`: simulation of a block, scene, 3-D body or stack under one record, with film and figure."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from overturning.commands.declared import (
-    DEFAULT_RECORD_FOLDER,
-    DEFAULT_RECORD_TABLE_PATH,
     BodyOptionsOfCommandOne,
     FilmAndFigureOptionsOfCommandOne,
     MotionOptionsOfCommandOne,
@@ -15,6 +12,7 @@ from overturning.commands.declared import (
     StoneOptionsOfCommandOne,
     expand_dataclass_parameters_to_options,
 )
+from overturning.commands.one_inputs import load_scene_or_create_gravestone, read_and_process_record_or_create_pulse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +20,6 @@ if TYPE_CHECKING:
     from overturning.model.model import Model
     from overturning.model.scene import Scene
     from overturning.motion.motion import Motion
-    from overturning.records.record import Record
 
 
 @expand_dataclass_parameters_to_options
@@ -41,7 +38,7 @@ def simulate_stone_or_scene_under_one_record(
     from overturning.translation.texts import use_translation_language
 
     _check_film_and_figure_can_be_written(output_options, body_options)
-    record = _read_and_process_record_or_create_pulse(motion_options, file_options)
+    record = read_and_process_record_or_create_pulse(motion_options, file_options)
     motion = Motion.of(record if motion_options.applies_vertical_motion else replace(record, up=None))
     if body_options.mesh is not None and not body_options.body:
         body_options = replace(body_options, body=True)
@@ -195,7 +192,7 @@ def _simulate_stack(
     )
     from overturning.model.stack import Stack
 
-    stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
+    stones = load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
     model, friction = Stack(stones), _checked_friction_option_or_1(stones, stone_options)
     paths = [
         _shift_trajectory_times_to_file_start(
@@ -241,7 +238,7 @@ def _simulate_planar_scene(
     from overturning.model.geometry import rounded_reference_height_and_b_over_h
     from overturning.model.planes import PlanarModel
 
-    stones = _load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
+    stones = load_scene_or_create_gravestone(planar_model_options, stone_options.damping_ratio)
     own_height, own_ratio = rounded_reference_height_and_b_over_h(stones)
     height = own_height if stone_options.height is None else stone_options.height
     b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
@@ -339,72 +336,3 @@ def _check_film_and_figure_can_be_written(
         check_film_can_be_written(film_path, is_3d=in_space)
     if figure_path is not None and len(body_options.orientation or ()) > 1:
         raise ArgumentError(f"{figure_path.name}: one orientation at a time; give --orientation once")
-
-
-def _load_scene_or_create_gravestone(
-    planar_model_options: PlanarOptionsOfCommandOne, damping_ratio: float | None
-) -> "Scene":
-    """Return the named scene; by default, a gravestone with the density and contact that the options state."""
-    from overturning.errors import ArgumentError
-    from overturning.model.contact import Contact
-    from overturning.model.scene import gravestone, load_scene
-    from overturning.units import DEFAULT_STONE_DENSITY_KG_M3
-
-    if planar_model_options.scene is None:
-        stiffness: Literal["auto"] | float = (
-            "auto" if planar_model_options.stiffness is None else planar_model_options.stiffness
-        )
-        contact = Contact(stiffness=stiffness, damping_ratio=damping_ratio, damping=planar_model_options.damping)
-        return gravestone(
-            contact,
-            DEFAULT_STONE_DENSITY_KG_M3 if planar_model_options.density is None else planar_model_options.density,
-        )
-    if any(
-        value is not None
-        for value in (
-            planar_model_options.density,
-            planar_model_options.stiffness,
-            damping_ratio,
-            planar_model_options.damping,
-        )
-    ):
-        raise ArgumentError("--scene: the scene defines density, stiffness and damping; set them in the scene file")
-    return load_scene(planar_model_options.scene)
-
-
-def _read_and_process_record_or_create_pulse(
-    motion_options: MotionOptionsOfCommandOne, file_options: RecordFileOptions
-) -> "Record":
-    """Read a record from its table entry or file and apply the default processing, or create a pulse."""
-    from overturning.errors import ArgumentError, ConfigError, closest_name_hint
-    from overturning.files import path_in_working_folder_or_package
-    from overturning.records.catalogue import read_record_table
-    from overturning.records.processing import process_record
-    from overturning.records.pulses import PULSE_SHAPES, parse_pulse, record_of_pulse
-    from overturning.records.read import read_record, read_record_without_processing
-    from overturning.records.store import round_samples_to_stored_decimals
-
-    name, table = motion_options.record_id_file_or_pulse, motion_options.record_table_path or DEFAULT_RECORD_TABLE_PATH
-    is_pulse = bool(name.split()) and name.split()[0] in PULSE_SHAPES
-    is_table_or_folder_given = (motion_options.record_table_path, motion_options.record_folder) != (None, None)
-    if (is_pulse or Path(name).is_file()) and is_table_or_folder_given:
-        what = "a pulse" if is_pulse else "a file"
-        raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
-    if Path(name).is_file():
-        return round_samples_to_stored_decimals(
-            process_record(read_record_without_processing(Path(name), file_options.to_declared_file_properties()), None)
-        )
-    if file_options != RecordFileOptions():
-        raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
-    if is_pulse:
-        return round_samples_to_stored_decimals(record_of_pulse(parse_pulse(name)))
-    if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
-        raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
-    entries = read_record_table(path_in_working_folder_or_package(table))
-    if name not in entries:
-        raise ConfigError(
-            f"{table}: no record {name!r}, nor a file of that name or a pulse; {closest_name_hint(name, entries)}"
-        )
-    return round_samples_to_stored_decimals(
-        process_record(read_record(entries[name], motion_options.record_folder or DEFAULT_RECORD_FOLDER), None)
-    )

@@ -75,9 +75,9 @@ def check_study_file(path: Annotated[Path, typer.Argument(help="study file (YAML
         read_and_process_records_and_collect_notes,
     )
     from overturning.study.sections import read_scan_of_body
+    from overturning.surveys.counted_stones import read_fallen_and_standing_stones_notes_and_warnings
     from overturning.surveys.prediction import note_on_b_over_h_far_outside_study
     from overturning.surveys.responses import dimensions_of_survey_stones
-    from overturning.surveys.stones import read_fallen_and_standing_stones_notes_and_warnings
 
     content = read_unvalidated_study_content(path)
     study = study_from_content(content, str(path))

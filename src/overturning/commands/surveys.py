@@ -118,7 +118,7 @@ def _check_stones_to_compare_and_site_cube_names(
     Nothing is checked if no results cube is given, since nothing is compared then.
     """
     from overturning.errors import closest_name_hint
-    from overturning.surveys.stones import check_survey_has_counted_stone
+    from overturning.surveys.counted_stones import check_survey_has_counted_stone
 
     if cube_path_by_site:
         check_survey_has_counted_stone(survey_table, survey_path)
@@ -146,8 +146,9 @@ def _compare_survey_with_cubes_and_write_results(
     from overturning.labels import unsimulated_azimuth_ranges_text, variant_label_in_list_if_not_nominal
     from overturning.stored import write_result_as_json
     from overturning.study.cube import index_of_record, open_cube
-    from overturning.surveys.comparison import compare_survey_with_prediction, make_stored_survey_comparison
+    from overturning.surveys.comparison import compare_survey_with_prediction
     from overturning.surveys.ground import soil_below_survey_site_of_cube
+    from overturning.surveys.stored_comparison import make_stored_survey_comparison
 
     paths, record = pair_of_cube_path_by_site_and_record_id
     cubes, grounds = {}, {}
@@ -225,9 +226,10 @@ def _compare_falls_shifts_and_twists_and_write_results(
     from overturning.findings.survey_displacements import survey_displacement_findings
     from overturning.report.drawings import write_roses_of_observed_falls
     from overturning.stored import write_result_as_json
-    from overturning.surveys.comparison import survey_file_hash_and_user_comments
-    from overturning.surveys.displacements import StoredDisplacementComparison, compare_falls_shifts_and_twists
+    from overturning.surveys.displacement_results import StoredDisplacementComparison
+    from overturning.surveys.displacements import compare_falls_shifts_and_twists
     from overturning.surveys.observed import summarise_survey
+    from overturning.surveys.stored_comparison import survey_file_hash_and_user_comments
 
     default, by_site = pair_of_default_cube_and_cube_by_site
     record, grounds = pair_of_record_id_and_soil_by_site
@@ -318,6 +320,7 @@ def infer_motion_from_survey(
     from overturning.report.drawings import write_ground_motion_posterior_figure
     from overturning.report.filters import format_count_with_noun
     from overturning.study.preflight import format_duration
+    from overturning.surveys.counted_stones import read_fallen_and_standing_stones_notes_and_warnings
     from overturning.surveys.inversion import SurveyInversion
     from overturning.surveys.library import candidate_motions, read_records_with_paths_as_duplicate_ids
     from overturning.surveys.posterior import write_inversion_result
@@ -327,7 +330,6 @@ def infer_motion_from_survey(
         dimensions_of_survey_stones,
         note_on_stones_simulated_with_smaller_d_over_b,
     )
-    from overturning.surveys.stones import read_fallen_and_standing_stones_notes_and_warnings
 
     check_output_path(figure, "--figure", ".svg", ".png")
     check_output_path(output, "--output", ".nc")
@@ -390,12 +392,9 @@ def print_survival_probability(
     rate at which the intensity x is exceeded, λ the annual rate of falls, and T the exposure time in years.
     """
     from overturning.findings.standing import survival_findings
-    from overturning.surveys.standing import (
-        read_fragility_curves,
-        read_hazard_curves_by_intensity_measure,
-        survival_probability_by_stone_class,
-    )
-    from overturning.surveys.stones import read_fallen_and_standing_stones_notes_and_warnings
+    from overturning.surveys.counted_stones import read_fallen_and_standing_stones_notes_and_warnings
+    from overturning.surveys.hazard import read_fragility_curves, read_hazard_curves_by_intensity_measure
+    from overturning.surveys.standing import survival_probability_by_stone_class
 
     curves, hazards = read_fragility_curves(fragility), read_hazard_curves_by_intensity_measure(hazard)
     rows, notes, _ = (None, [], []) if stones is None else read_fallen_and_standing_stones_notes_and_warnings(stones)

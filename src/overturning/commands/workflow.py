@@ -140,7 +140,7 @@ def write_random_parameter_changes_of_ensemble(
     study: StudyFileOrJsonOption, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]
 ) -> None:
     """Draw the random parameter changes of the runs (members) of a study's ensemble, and write them as CSV."""
-    from overturning.study.ensemble import draw_parameter_changes_of_members
+    from overturning.study.ensemble_members import draw_parameter_changes_of_members
     from overturning.study.load import load_study_from_file_or_json
 
     draw_parameter_changes_of_members(load_study_from_file_or_json(study).ensemble).write_csv(output)
@@ -157,7 +157,7 @@ def simulate_cases_of_record(
 ) -> None:
     """Simulate all cases of one record, or one chunk (part) of them, and write the outcomes."""
     from overturning.records.store import read_record_from_motion_file
-    from overturning.study.ensemble import EnsembleParameterChanges
+    from overturning.study.ensemble_members import EnsembleParameterChanges
     from overturning.study.load import load_study_from_file_or_json
     from overturning.study.parts import SweepChunk
     from overturning.study.scenes import numerical_options_of_study

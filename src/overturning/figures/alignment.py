@@ -8,7 +8,8 @@ from overturning.arrays import FloatArray
 from overturning.figures.answer import PlottedEstimate, fault_normal_alignment_by_earthquake_figure
 from overturning.figures.style import SERIES_COLOURS, add_title_and_legend, create_panel_grid, label_axes
 from overturning.statistics.bootstrap import MeanOverEarthquakes
-from overturning.statistics.earthquakes import MeanFallAlignmentByBOverH, MeanFallAxisAndAlignmentOverEarthquakes
+from overturning.statistics.earthquakes import MeanFallAxisAndAlignmentOverEarthquakes
+from overturning.statistics.reference_directions import MeanFallAlignmentByBOverH
 
 MAX_EARTHQUAKES_OF_HOLLOW_MARKER = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""

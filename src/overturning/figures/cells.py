@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import gap_azimuths_one_step_from_simulated_ones
 from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
-from overturning.statistics.falls import cube_with_opposite_azimuths
+from overturning.statistics.opposite_azimuths import cube_with_opposite_azimuths
 
 MAX_PANEL_COLUMNS: Final = 3
 """Largest number of panels in a row of a figure."""

@@ -8,9 +8,10 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
 from overturning.motion.motion import Accelerogram
-from overturning.statistics.earthquakes import MeanFallAlignmentByBOverH, mean_fall_directions_and_axes_by_record
-from overturning.statistics.falls import overturning_indicator
+from overturning.statistics.earthquakes import mean_fall_directions_and_axes_by_record
 from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2
+from overturning.statistics.opposite_azimuths import overturning_indicator
+from overturning.statistics.reference_directions import MeanFallAlignmentByBOverH
 from overturning.units import GAL
 
 

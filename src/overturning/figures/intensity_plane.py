@@ -21,7 +21,7 @@ from overturning.figures.style import (
 )
 from overturning.labels import friction_label
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.statistics.criteria import OVERTURNING_CRITERIA, west_acceleration_limit
+from overturning.statistics.criteria_limits import OVERTURNING_CRITERIA, west_acceleration_limit
 from overturning.statistics.falls import mean_fall_probability_over_directions
 from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2, LogisticFit
 from overturning.units import GAL, STANDARD_GRAVITY

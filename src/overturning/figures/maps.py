@@ -14,7 +14,7 @@ from overturning.figures.cells import b_over_h_cell_edges, cell_edges, trim_ring
 from overturning.figures.polar_map import fall_map_by_azimuth_figure
 from overturning.figures.rose import draw_fall_rose
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.statistics.earthquakes import azimuth_away_from_epicentre
+from overturning.statistics.reference_directions import azimuth_away_from_epicentre
 from overturning.statistics.roses import fall_rose
 
 _FULL_CIRCLE_ANGLES_RAD = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]

@@ -30,7 +30,7 @@ from overturning.figures.film_words import station_and_event_text_of_cube
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.motion.direction import angle_between_azimuths
-from overturning.statistics.earthquakes import azimuth_away_from_epicentre
+from overturning.statistics.reference_directions import azimuth_away_from_epicentre
 from overturning.units import CM
 
 PANEL_WIDTH_INCHES_BY_COLUMN_COUNT: Final = {1: 4.1, 2: 3.0, 3: 2.15}

@@ -19,12 +19,9 @@ from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.write import FigureWriterInAllFormats, empty_folder_then_write_list_of_new_files
 from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.statistics.earthquakes import (
-    alignments_with_reference_axes_by_record_group,
-    fall_axes_from_fault_normal_by_group,
-    summarise_fall_axes,
-)
+from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, summarise_fall_axes
 from overturning.statistics.logistic import LogisticFit, fit_logistic_overturning_model
+from overturning.statistics.reference_directions import alignments_with_reference_axes_by_record_group
 from overturning.study.cube import open_cube_for_reading_by_record
 
 if TYPE_CHECKING:

@@ -18,13 +18,9 @@ from overturning.findings.causes import (
 )
 from overturning.findings.contrast import (
     ElementFallSummaryForOneVariant,
-    SoilProfileFallRatesAtAmplitude,
     VariantContrast,
     compare_study_with_variants,
     element_fall_findings,
-    notes_on_soil_strain_beyond_curves,
-    notes_on_unconverged_soil_analyses,
-    population_fall_rates_by_soil_and_amplitude,
 )
 from overturning.findings.direction import (
     FallDirectionRelativeToFaultNormal,
@@ -54,6 +50,7 @@ from overturning.findings.extent import (
     source_and_licence_of_records,
 )
 from overturning.findings.inferred_motion import InferredMotionOfSurvey, inferred_motions_of_all_surveys
+from overturning.findings.opening import note_on_findings_missing_without_study_file, open_study_results
 from overturning.findings.population import StonePopulationFindings, population_findings
 from overturning.findings.processing import DoubtsAboutRecordData, summarise_record_notes_and_doubts
 from overturning.findings.published import (
@@ -62,7 +59,13 @@ from overturning.findings.published import (
     compare_peaks_with_published,
     count_fully_agreeing_published_blocks_by_variant,
 )
-from overturning.findings.results import StudyResults, note_on_findings_missing_without_study_file, open_study_results
+from overturning.findings.results import StudyResults
+from overturning.findings.soil import (
+    SoilProfileFallRatesAtAmplitude,
+    notes_on_soil_strain_beyond_curves,
+    notes_on_unconverged_soil_analyses,
+    population_fall_rates_by_soil_and_amplitude,
+)
 from overturning.findings.study import (
     CaseCountsAndOverturnedShares,
     EnergyErrorPenetrationAndSoftwareVersions,

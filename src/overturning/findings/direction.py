@@ -12,11 +12,8 @@ from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.alignment_by_rule import FaultNormalAlignmentOfSelectedBlocks
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.falls import (
-    block_selection_rule_for_cube,
-    count_differing_and_all_neighbour_pairs,
-    overturning_indicator,
-)
+from overturning.statistics.falls import block_selection_rule_for_cube
+from overturning.statistics.opposite_azimuths import count_differing_and_all_neighbour_pairs, overturning_indicator
 from overturning.statistics.space import shares_of_agreeing_2d_and_3d_outcomes
 
 ALIGNMENT_DESCRIPTION = (

@@ -10,8 +10,8 @@ from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_
 from overturning.model.planes import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.by_record import record_masks_by_group
-from overturning.statistics.falls import overturned_shares_by_record
 from overturning.statistics.map_choice import choose_records_for_report_maps
+from overturning.statistics.opposite_azimuths import overturned_shares_by_record
 from overturning.study.cube import default_height_and_friction_of_figures, element_name_to_show, record_sources
 from overturning.study.scenes import variant_scene
 

@@ -7,12 +7,12 @@ from typing import Final
 from overturning.errors import ResultError
 from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.statistics.bootstrap import exact_share_interval
+from overturning.surveys.hazard import hazard_unit_warning
 from overturning.surveys.standing import (
     FALL_RATE_BOUND_PROBABILITY,
     MAX_SHARE_OF_FALLS_FROM_SHAKING_OUTSIDE_RECORDS,
     SurvivalProbabilityByStoneClass,
     annual_fall_rate_below_lowest_hazard_level,
-    hazard_unit_warning,
     max_hazard_factor_allowed_by_standing_stones,
     upper_bound_of_annual_fall_rate,
 )

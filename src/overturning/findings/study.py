@@ -13,7 +13,10 @@ from overturning.model.status import CaseStatus
 from overturning.model.variables import mask_of_known_outcomes
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION, wrap_axis_difference_to_90_deg
-from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_and_off_fault_normal
+from overturning.statistics.opposite_azimuths import (
+    overturned_shares_by_record,
+    overturned_shares_near_and_off_fault_normal,
+)
 from overturning.study.schema import Study
 from overturning.units import CM, STANDARD_GRAVITY
 

@@ -9,13 +9,12 @@ from overturning.findings.surveys import SurveySiteSoilAmplification, soil_findi
 from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.surveys.directions_in_space import FallDirectionComparisonIn3D
-from overturning.surveys.displacements import (
-    MIN_SHIFT_COUNTED_AS_SHIFTED_M,
-    MIN_TWIST_COUNTED_AS_TWISTED_DEG,
+from overturning.surveys.displacement_results import (
     ComparedStatisticName,
     FallAndDisplacementComparison,
     StoredDisplacementComparison,
 )
+from overturning.surveys.displacements import MIN_SHIFT_COUNTED_AS_SHIFTED_M, MIN_TWIST_COUNTED_AS_TWISTED_DEG
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM
 

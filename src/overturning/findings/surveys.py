@@ -9,10 +9,11 @@ from overturning.findings.observed import ObservedStoneShare, observed_stone_sha
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
-from overturning.surveys.comparison import StoredSurveyComparison, SurveyPredictionComparison
+from overturning.surveys.comparison import SurveyPredictionComparison
 from overturning.surveys.ground import SoilBelowSurveySite
 from overturning.surveys.prediction import STANDING_OR_FALL_SIDES
 from overturning.surveys.stones import OCTANTS
+from overturning.surveys.stored_comparison import StoredSurveyComparison
 from overturning.units import STANDARD_GRAVITY
 
 

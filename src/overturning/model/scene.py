@@ -16,8 +16,8 @@ from overturning.model.element import ContactLaw, Element, LowercaseHyphenName, 
 from overturning.model.geometry import (
     MIN_GROUND_WIDTH_FOR_SINGLE_BLOCK_KERNEL_M,
     MIN_GROUND_WIDTH_TO_LARGEST_ELEMENT_RATIO,
-    check_elements_have_support_without_overlap,
 )
+from overturning.model.support import check_elements_have_support_without_overlap
 from overturning.units import DEFAULT_STONE_DENSITY_KG_M3, STANDARD_GRAVITY
 from overturning.validation import StrictModel, describe_invalid_keys, make_constructor_raise_argument_errors
 

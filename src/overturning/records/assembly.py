@@ -11,13 +11,13 @@ from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.direction import cosine_and_sine_of_azimuth
 from overturning.motion.plausible import implausible_amplitude_reason
+from overturning.records.axis_direction import is_vertical_axis_name_without_up_or_down
 from overturning.records.component import (
     MIN_SINE_BETWEEN_HORIZONTAL_AXES,
     RecordComponent,
     agency_processing_metadata,
     checked_relative_header_peak_difference,
     find_vertical_by_elimination,
-    is_vertical_axis_name_without_up_or_down,
     non_perpendicular_axes_notes,
     note_on_sensor_high_in_structure,
 )

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from overturning.records.component import RecordComponent, is_vertical_axis_name_without_up_or_down
+from overturning.records.axis_direction import is_vertical_axis_name_without_up_or_down
+from overturning.records.component import RecordComponent
 
 MAX_FILES_SEARCHED_FOR_VERTICAL_COMPONENT: Final = 6
 """Largest number of files that are searched, most similar names first."""

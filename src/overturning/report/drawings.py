@@ -32,7 +32,8 @@ from overturning.files import write_text
 from overturning.findings.collect import Findings, findings_from_results
 from overturning.findings.contrast import VariantContrast
 from overturning.findings.observed import ObservedFallsFinding
-from overturning.findings.results import StudyResults, open_study_results
+from overturning.findings.opening import open_study_results
+from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveyPredictionFindings
 from overturning.findings.values import Estimate
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION

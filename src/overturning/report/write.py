@@ -9,7 +9,7 @@ from overturning.figures.drawn_case import IllustrativeCaseWithFigures, read_ill
 from overturning.figures.page import film_html_element
 from overturning.files import atomic_write
 from overturning.findings.collect import read_findings
-from overturning.findings.results import open_study_results
+from overturning.findings.opening import open_study_results
 from overturning.report.drawings import (
     names_of_shown_figures_by_record,
     svg_path_by_study_figure_name,

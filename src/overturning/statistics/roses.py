@@ -18,10 +18,8 @@ from overturning.model.symmetry import FULL_TURN_DEG
 from overturning.statistics.bootstrap import mean_share_interval, means_by_earthquake
 from overturning.statistics.by_record import iterate_results_by_record, record_masks_by_group
 from overturning.statistics.circular import ROSE_SECTOR_COUNT, fall_shares_by_sector
-from overturning.statistics.falls import (
-    fall_count_or_probability_by_fall_azimuth,
-    mask_of_blocks_for_direction_statistics,
-)
+from overturning.statistics.falls import mask_of_blocks_for_direction_statistics
+from overturning.statistics.opposite_azimuths import fall_count_or_probability_by_fall_azimuth
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from typing import Any, Final
 from overturning.errors import ResultError
 from overturning.files import checksum_at_end_matches
 from overturning.study.convergence import read_convergence_result
-from overturning.study.ensemble import EnsembleParameterChanges
+from overturning.study.ensemble_members import EnsembleParameterChanges
 from overturning.study.evaluation import FIGURE_FILE_FORMATS
 from overturning.study.netcdf import open_netcdf_without_masking_and_scaling
 

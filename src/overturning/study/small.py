@@ -16,7 +16,7 @@ from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
 from overturning.records.store import round_samples_to_stored_decimals
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import draw_parameter_changes_of_members
+from overturning.study.ensemble_members import draw_parameter_changes_of_members
 from overturning.study.gather import merge_outcome_files_into_cube
 from overturning.study.load import read_record_table_rows_of_study, study_from_content
 from overturning.study.scenes import numerical_options_of_study

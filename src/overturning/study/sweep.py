@@ -17,13 +17,8 @@ from overturning.model.results import CASE_COUNTER_NAMES, CaseResults
 from overturning.model.variables import RELIEF_ENSEMBLE_VARIABLES, OutcomeVariable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import (
-    EnsembleMemberCaseRunner,
-    EnsembleParameterChanges,
-    EnsembleRunner,
-    draw_parameter_changes_of_members,
-    subtask_progress_callback,
-)
+from overturning.study.ensemble import EnsembleMemberCaseRunner, EnsembleRunner, subtask_progress_callback
+from overturning.study.ensemble_members import EnsembleParameterChanges, draw_parameter_changes_of_members
 from overturning.study.parts import WHOLE_RECORD_CHUNK, SweepChunk, grid_of_chunk, write_outcome_file_of_chunk
 from overturning.study.scenes import (
     NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,

@@ -10,14 +10,10 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector_index
 from overturning.statistics.mean_direction import MeanDirectionWithInterval, mean_direction_with_interval
+from overturning.surveys.counted_stones import fallen_and_all_stone_counts, stones_of_sites_with_standing_stones
 from overturning.surveys.notation import OUTCOME_KINDS_NOT_COUNTED_AS_STANDING
 from overturning.surveys.row import SurveyRow
-from overturning.surveys.stones import (
-    Stone,
-    SurveyTable,
-    fallen_and_all_stone_counts,
-    stones_of_sites_with_standing_stones,
-)
+from overturning.surveys.stones import Stone, SurveyTable
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,10 @@ from overturning.model.edges import fall_probability_over_each_edge
 from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
-from overturning.statistics.falls import cube_with_opposite_azimuths, fall_count_or_probability_by_fall_azimuth
+from overturning.statistics.opposite_azimuths import (
+    cube_with_opposite_azimuths,
+    fall_count_or_probability_by_fall_azimuth,
+)
 from overturning.surveys.sectors import AzimuthSectors
 from overturning.surveys.stones import MAX_FACTOR_OUTSIDE_SIMULATED_RANGE, RANDOM_OUTCOME_SHARE, Stone
 

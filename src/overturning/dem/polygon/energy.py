@@ -6,7 +6,8 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import contact_vertex_position, earlier_vertex_positions
+from overturning.dem.polygon.earlier_positions import earlier_vertex_positions
+from overturning.dem.polygon.faces import contact_vertex_position
 from overturning.dem.polygon.state import CONTACT_CODE_OPEN, CONTACT_CODE_VERTEX_OF_B, ElementState, PairState
 
 

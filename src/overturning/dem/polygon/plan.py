@@ -15,6 +15,7 @@ from overturning.dem.numerics import ELEMENT_STEP_COST_IN_BLOCK_STEPS, Numerical
 from overturning.dem.path import PlanarSceneTrajectory
 from overturning.dem.plan import SimulationPlan, azimuth_row_by_case_and_base_accelerations, check_trajectory_size
 from overturning.dem.polygon import arrays as t
+from overturning.dem.polygon import tables
 from overturning.dem.polygon.path import (
     BASE_ACCELERATION_COLUMN,
     TIME_COLUMN,
@@ -73,8 +74,8 @@ class PolygonSimulationPlan(SimulationPlan):
         """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, (cases, elements)."""
         each = (case_count, self.scene_arrays.fall_and_support_table.shape[1])
         return {
-            "results": np.zeros(case_count, t.RESULT_TABLE_DTYPE),
-            "each": np.zeros(each, t.ELEMENT_RESULT_TABLE_DTYPE),
+            "results": np.zeros(case_count, tables.RESULT_TABLE_DTYPE),
+            "each": np.zeros(each, tables.ELEMENT_RESULT_TABLE_DTYPE),
         }
 
     def kernel_input(
@@ -195,7 +196,7 @@ def plan_scene_simulation(
     slowest = np.sqrt(
         np.array([item.half_diagonal_of_scene_height_and_widest_element for item in variants]) / (0.75 * scene.gravity)
     )[variant]
-    table = np.zeros(cases.case_count, t.CASE_TABLE_DTYPE)
+    table = np.zeros(cases.case_count, tables.CASE_TABLE_DTYPE)
     table["amplitude_factor"], table["dashpot_coefficient_multiplier"] = cases.amplitude, cases.damping_factor
     table["friction_coefficient_if_law_has_none"] = cases.friction
     table["cannot_start_moving_from_sample"] = np.inf

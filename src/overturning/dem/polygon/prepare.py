@@ -28,11 +28,11 @@ from overturning.model.geometry import (
     ConvexPiecePairIndices,
     PlacedElement,
     convex_piece_pairs_with_movable_element,
-    first_overlap_or_support_error_message,
     scale_and_place_elements,
     wide_ground_element_name,
 )
 from overturning.model.scene import Scene
+from overturning.model.support import first_overlap_or_support_error_message
 
 
 @dataclass(frozen=True)

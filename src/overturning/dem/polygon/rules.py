@@ -22,17 +22,13 @@ from overturning.dem.kernel.ground import (
     BaseAccelerationsAndMaximaInWindowAhead,
     count_skippable_samples,
     is_rest_check_sample,
-    linear_base_acceleration_of_sample,
     next_window_motion_is_below_rest_limit,
 )
 from overturning.dem.kernel.lanes import (
     INLINE_OPTIONS,
-    INTERNAL_COMPILE_OPTIONS,
-    NO_ALIAS_COMPILE_OPTIONS,
     cache_line_aligned_zeros,
     view_without_reference_counts,
 )
-from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.kernel.queue import (
     SettingsCommonToParallelCases,
     create_lookup_by_type,
@@ -41,7 +37,7 @@ from overturning.dem.kernel.queue import (
 )
 from overturning.dem.polygon import cundall, equations, rows, step, submatrices
 from overturning.dem.polygon.arrays import SceneArrays
-from overturning.dem.polygon.case_end import case_status, mark_fallen_and_write_case_results
+from overturning.dem.polygon.case_end import case_status
 from overturning.dem.polygon.energy import scene_energy
 from overturning.dem.polygon.path import (
     TRAJECTORY_COLUMNS_PER_ELEMENT,
@@ -49,9 +45,10 @@ from overturning.dem.polygon.path import (
     record_base_and_element_motion_of_first_case,
 )
 from overturning.dem.polygon.resting import all_elements_at_rest_in_initial_position
+from overturning.dem.polygon.results import mark_fallen_and_write_case_results
+from overturning.dem.polygon.sample import load_base_motion_of_current_sample, normalise_element_cosine_and_sine
 from overturning.dem.polygon.slip import update_rest_poses_slips_and_sample_clock
 from overturning.dem.polygon.start import CASE_END_TEST_INTERVAL_S, write_initial_case_state, write_initial_pair_states
-from overturning.dem.polygon.state import Pose
 from overturning.dem.polygon.suspended_pairs import (
     create_contact_test_schedule_of_all_pairs,
     resume_contact_tests_after_motion,
@@ -76,11 +73,11 @@ class SceneKernelInput(NamedTuple):
 
     settings: SettingsCommonToParallelCases
     cases: NDArray[np.void]
-    """Case parameters, of type `arrays.CASE_TABLE_DTYPE`, shape (cases,)."""
+    """Case parameters, of type `tables.CASE_TABLE_DTYPE`, shape (cases,)."""
     motion_row_by_case: NDArray[np.int64]
     """Row of the base acceleration for each case, shape (cases,)."""
     results: NDArray[np.void]
-    """Results to fill in, of type `arrays.RESULT_TABLE_DTYPE`, shape (cases,)."""
+    """Results to fill in, of type `tables.RESULT_TABLE_DTYPE`, shape (cases,)."""
     ground_motion: BaseAccelerationsAndMaximaInWindowAhead
     scheme_constants: Any
     """Constants of the scheme, from `SCHEME_CONSTANTS`."""
@@ -90,7 +87,7 @@ class SceneKernelInput(NamedTuple):
     """Index of each case's scene variant (size and damping), shape (cases,)."""
     scene_arrays: SceneArrays
     element_result_table: NDArray[np.void]
-    """Results of elements to fill in, of type `arrays.ELEMENT_RESULT_TABLE_DTYPE`, shape (cases, elements)."""
+    """Results of elements to fill in, of type `tables.ELEMENT_RESULT_TABLE_DTYPE`, shape (cases, elements)."""
 
 
 class ParallelScenesWorkspace(NamedTuple):
@@ -209,48 +206,6 @@ def update_sample_and_load_motion(
         ground.upward_acceleration, workspace.state, ground.horizontal_acceleration, kernel_input.motion_row_by_case,
         case_index_by_lane, samples_per_tick,
     )  # fmt: skip
-
-
-@njit(**NO_ALIAS_COMPILE_OPTIONS)
-def normalise_element_cosine_and_sine(element_state_rows: Any) -> None:
-    """Scale (cosine, sine) of an element's rotation angle to length 1, for all cases in parallel."""
-    for j in range(rows.PARALLEL_CASE_COUNT):
-        pose = rows.load_pose(element_state_rows, j)
-        rows.store_pose(
-            element_state_rows, j, Pose(pose.x, pose.z, pose.angle, *normalise_cosine_and_sine(pose.cos, pose.sin))
-        )
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def load_base_motion_of_current_sample(
-    upward_base_acceleration_or_none: Any,
-    case_states: Any,
-    horizontal_base_acceleration_by_motion_row: Any,
-    motion_row_by_case: Any,
-    case_index_by_lane: Any,
-    samples_per_tick: float,
-) -> None:
-    """Load each case's base motion at its current sample; the vertical component may be None (no vertical motion)."""
-    last = horizontal_base_acceleration_by_motion_row.shape[1] - 3
-    for j in range(rows.PARALLEL_CASE_COUNT):
-        case = rows.load_scene_state(case_states, j)
-        i, factor = min(int(case.current_sample), last), case.amplitude_factor
-        rows.store_horizontal_base_acceleration(
-            case_states,
-            j,
-            linear_base_acceleration_of_sample(
-                horizontal_base_acceleration_by_motion_row[motion_row_by_case[case_index_by_lane[j]]],
-                i,
-                factor,
-                samples_per_tick,
-            ),
-        )
-        if upward_base_acceleration_or_none is not None:
-            rows.store_vertical_base_acceleration(
-                case_states,
-                j,
-                linear_base_acceleration_of_sample(upward_base_acceleration_or_none, i, factor, samples_per_tick),
-            )
 
 
 def attempt_steps_until_next_check(

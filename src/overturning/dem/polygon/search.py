@@ -13,7 +13,8 @@ from numba import njit
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS, NO_ALIAS_COMPILE_OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact_history import reset_contact_history, transfer_contact_history_to_new_faces
-from overturning.dem.polygon.faces import earlier_vertex_positions, polygon_face, rotate_to_scene_axes
+from overturning.dem.polygon.earlier_positions import earlier_vertex_positions
+from overturning.dem.polygon.faces import polygon_face, rotate_to_scene_axes
 from overturning.dem.polygon.state import NearestFacesAndMotionLimits, Pose, VertexContactLimitsAlongOppositeFace
 
 

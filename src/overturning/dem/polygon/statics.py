@@ -9,14 +9,9 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve_positive_definite_system
 from overturning.model.contact import DEFAULT_CONTACT_DAMPING_RATIO
-from overturning.model.geometry import (
-    ContactPointGeometry,
-    ConvexPiecePairIndices,
-    PlacedElement,
-    TouchingContactPoint,
-    touching_contact_points,
-)
+from overturning.model.geometry import ContactPointGeometry, ConvexPiecePairIndices, PlacedElement
 from overturning.model.scene import Scene
+from overturning.model.support import TouchingContactPoint, touching_contact_points
 
 MAX_LEAN_COUNTED_AS_FLUSH_RAD: Final = np.radians(0.1)
 """Lean up to which an element counts as standing flush on its face when its tipping angle is computed, rad."""

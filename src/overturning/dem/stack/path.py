@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import current_directions_of_axis_vertical_at_rest, rotate_to_east_north_up
-from overturning.dem.body.state import angular_velocity_from_momentum
+from overturning.dem.body.rotation import angular_velocity_from_momentum
 from overturning.dem.body.vectors import rotation_matrix
 from overturning.dem.kernel.ground import base_acceleration_at_tick
 from overturning.dem.kernel.lanes import INTERNAL_COMPILE_OPTIONS

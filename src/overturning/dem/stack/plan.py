@@ -11,9 +11,9 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.plan import (
     SimulationPlan3D,
     base_motion_indices_cosines_and_accelerations,
-    longest_step_count_per_sample_and_step_control,
     sample_ranges_able_to_move_3d_model_at_rest,
 )
+from overturning.dem.body.step_control import longest_step_count_per_sample_and_step_control
 from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.limits import (
     MAX_PENETRATION_TO_HALF_SIDE_RATIO,

@@ -5,10 +5,8 @@ from typing import Any
 from numba import njit
 
 from overturning.dem.body.centred import step_is_short_enough_for_predicted_forces
-from overturning.dem.body.state import (
-    LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S,
-    rotation_and_angular_velocity_after_step,
-)
+from overturning.dem.body.rotation import rotation_and_angular_velocity_after_step
+from overturning.dem.body.state import LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
 from overturning.dem.body.vectors import (
     SymmetricMatrix,
     Vector3,

@@ -5,7 +5,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.body.state import angular_velocity_from_momentum, squared_sine_of_lean_continued_beyond_90_deg
+from overturning.dem.body.rotation import angular_velocity_from_momentum
+from overturning.dem.body.state import squared_sine_of_lean_continued_beyond_90_deg
 from overturning.dem.body.vectors import (
     Matrix3,
     Vector3,

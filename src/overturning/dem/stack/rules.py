@@ -7,10 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.state import (
-    LoadedBaseMotionSampleNumber,
-    inertial_accelerations_until_next_sample,
-)
+from overturning.dem.body.rotation import inertial_accelerations_until_next_sample
+from overturning.dem.body.state import LoadedBaseMotionSampleNumber
 from overturning.dem.body.vectors import renormalise_nearly_unit_quaternion
 from overturning.dem.kernel.ending import CaseProgress, continuation_sample_tick_and_last_upright_time
 from overturning.dem.kernel.ground import (
@@ -43,9 +41,9 @@ from overturning.dem.stack.access import (
 from overturning.dem.stack.ending import (
     end_simulation_of_fallen_stones_and_return_status,
     lowest_newly_fallen_stone_index,
-    stone_state_sum_for_finite_check,
     write_stack_results,
 )
+from overturning.dem.stack.energy import stone_state_sum_for_finite_check
 from overturning.dem.stack.path import write_stack_trajectory_row
 from overturning.dem.stack.rest import (
     MAY_BE_AT_REST_ROW_OFFSET,

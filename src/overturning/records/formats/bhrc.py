@@ -7,7 +7,8 @@ azimuths of L and T. The file does not state the sense of V, the peak, or the ti
 
 from typing import Final
 
-from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent
+from overturning.records.axis_direction import UNKNOWN_DIRECTION
+from overturning.records.component import RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT_PATTERN, TextLines, decorator_for_reading_all_components
 from overturning.units import STANDARD_GRAVITY

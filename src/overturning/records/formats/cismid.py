@@ -9,7 +9,8 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import AzimuthAndVerticalSense, PeakStatedInFileHeader, RecordComponent
+from overturning.records.axis_direction import AzimuthAndVerticalSense
+from overturning.records.component import PeakStatedInFileHeader, RecordComponent
 from overturning.records.formats.header import (
     HeaderFieldPatterns,
     HeaderFields,

@@ -15,15 +15,17 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.records.component import (
+from overturning.records.axis_direction import (
     UNKNOWN_DIRECTION,
     AzimuthAndVerticalSense,
-    PeakStatedInFileHeader,
-    RecordComponent,
     checked_axis_direction_from_name_or_code,
-    classify_as_borehole_or_else_surface,
     direction_from_channel_code,
     horizontal_direction_from_azimuth_code,
+)
+from overturning.records.component import (
+    PeakStatedInFileHeader,
+    RecordComponent,
+    classify_as_borehole_or_else_surface,
     sensor_location_in_header_line,
 )
 from overturning.records.formats.header import ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS, HeaderFieldPatterns, HeaderFields

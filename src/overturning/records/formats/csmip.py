@@ -14,14 +14,16 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.component import (
+from overturning.records.axis_direction import (
     UNKNOWN_DIRECTION,
     VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE,
-    RecordComponent,
     checked_axis_direction_from_name_or_code,
-    classify_as_borehole_or_else_surface,
     horizontal_direction_from_azimuth_code,
     parse_axis_direction,
+)
+from overturning.records.component import (
+    RecordComponent,
+    classify_as_borehole_or_else_surface,
     sensor_location_in_header_line,
 )
 from overturning.records.formats.header import ORIGIN_AND_HYPOCENTRE_FIELD_PATTERNS, HeaderFieldPatterns, HeaderFields

@@ -9,12 +9,8 @@ time, which is the time of the first sample.
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import (
-    AzimuthAndVerticalSense,
-    RecordComponent,
-    classify_as_borehole_or_else_surface,
-    parse_axis_direction,
-)
+from overturning.records.axis_direction import AzimuthAndVerticalSense, parse_axis_direction
+from overturning.records.component import RecordComponent, classify_as_borehole_or_else_surface
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile

@@ -9,7 +9,8 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RecordRefusalReasonCollector
-from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent, parse_axis_direction
+from overturning.records.axis_direction import UNKNOWN_DIRECTION, parse_axis_direction
+from overturning.records.component import RecordComponent
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.headings import (
     SECONDS_BY_TIME_UNIT,

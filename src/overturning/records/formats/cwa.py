@@ -9,7 +9,8 @@ import re
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import AzimuthAndVerticalSense, PeakStatedInFileHeader, RecordComponent
+from overturning.records.axis_direction import AzimuthAndVerticalSense
+from overturning.records.component import PeakStatedInFileHeader, RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile

@@ -3,11 +3,8 @@
 import re
 from typing import Final
 
-from overturning.records.component import (
-    RecordComponent,
-    classify_as_borehole_or_else_surface,
-    direction_from_channel_code,
-)
+from overturning.records.axis_direction import direction_from_channel_code
+from overturning.records.component import RecordComponent, classify_as_borehole_or_else_surface
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, parse_time_as_utc
 from overturning.records.source import SourceFile
 from overturning.units import GAL

@@ -12,13 +12,8 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import (
-    UNKNOWN_DIRECTION,
-    AzimuthAndVerticalSense,
-    PeakStatedInFileHeader,
-    RecordComponent,
-    parse_axis_direction,
-)
+from overturning.records.axis_direction import UNKNOWN_DIRECTION, AzimuthAndVerticalSense, parse_axis_direction
+from overturning.records.component import PeakStatedInFileHeader, RecordComponent
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 

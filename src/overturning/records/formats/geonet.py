@@ -9,12 +9,12 @@ from datetime import timedelta
 from functools import partial
 from typing import Final
 
-from overturning.records.component import (
+from overturning.records.axis_direction import (
     UNKNOWN_DIRECTION,
-    RecordComponent,
     checked_axis_direction_from_name_or_code,
     parse_axis_direction,
 )
+from overturning.records.component import RecordComponent
 from overturning.records.formats.header import (
     DEGREE_MINUTE_SECOND_PATTERN,
     HeaderFieldPatterns,

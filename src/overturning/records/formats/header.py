@@ -9,12 +9,8 @@ from typing import Any, Final
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import (
-    AzimuthAndVerticalSense,
-    PeakStatedInFileHeader,
-    RecordComponent,
-    normalise_coordinates,
-)
+from overturning.records.axis_direction import AzimuthAndVerticalSense
+from overturning.records.component import PeakStatedInFileHeader, RecordComponent, normalise_coordinates
 from overturning.records.formats.lines import FLOAT_PATTERN, TextLines
 from overturning.records.source import SourceFile
 

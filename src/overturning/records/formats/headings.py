@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from overturning.records.component import (
+from overturning.records.axis_direction import (
     UNKNOWN_DIRECTION,
     AzimuthAndVerticalSense,
     direction_from_channel_code,

@@ -11,7 +11,8 @@ from dataclasses import replace
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import AzimuthAndVerticalSense, RecordComponent
+from overturning.records.axis_direction import AzimuthAndVerticalSense
+from overturning.records.component import RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile

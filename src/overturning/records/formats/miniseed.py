@@ -8,12 +8,11 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RecordRefusalReasonCollector
-from overturning.records.component import (
-    RecordComponent,
+from overturning.records.axis_direction import (
     channel_direction_mismatch_notes,
-    classify_as_borehole_or_else_surface,
     direction_with_channel_code_fallback_and_notes,
 )
+from overturning.records.component import RecordComponent, classify_as_borehole_or_else_surface
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.stationxml import (
     acceleration_unit_in_m_s2,

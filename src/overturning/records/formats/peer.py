@@ -7,11 +7,8 @@ format. The header states no peak; the earthquake's date has no time.
 import re
 from typing import Any, Final
 
-from overturning.records.component import (
-    RecordComponent,
-    direction_with_channel_code_fallback_and_notes,
-    parse_axis_direction,
-)
+from overturning.records.axis_direction import direction_with_channel_code_fallback_and_notes, parse_axis_direction
+from overturning.records.component import RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile

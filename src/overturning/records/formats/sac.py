@@ -7,14 +7,12 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import (
-    PeakStatedInFileHeader,
-    RecordComponent,
+from overturning.records.axis_direction import (
     channel_direction_mismatch_notes,
-    classify_as_borehole_or_else_surface,
     direction_from_azimuth_and_dip_with_notes,
     direction_with_channel_code_fallback_and_notes,
 )
+from overturning.records.component import PeakStatedInFileHeader, RecordComponent, classify_as_borehole_or_else_surface
 from overturning.records.declared_properties import DeclaredFileProperties
 from overturning.records.formats.header import epicentre_metadata
 from overturning.records.formats.miniseed import read_obspy_stream, stream_components_in_m_s2

@@ -11,13 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.component import (
+from overturning.records.axis_direction import (
     AzimuthAndVerticalSense,
-    PeakStatedInFileHeader,
-    RecordComponent,
     checked_axis_direction_from_name_or_code,
     direction_from_azimuth_and_dip_with_notes,
 )
+from overturning.records.component import PeakStatedInFileHeader, RecordComponent
 from overturning.records.formats.header import parse_time_as_utc
 from overturning.records.formats.lines import TextLines
 from overturning.records.source import SourceFile

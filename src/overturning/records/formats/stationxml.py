@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import (
+from overturning.records.axis_direction import (
     UNKNOWN_DIRECTION,
     AzimuthAndVerticalSense,
     direction_from_azimuth_and_dip_with_notes,

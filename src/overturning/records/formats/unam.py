@@ -9,7 +9,8 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import UNKNOWN_DIRECTION, RecordComponent, parse_axis_direction
+from overturning.records.axis_direction import UNKNOWN_DIRECTION, parse_axis_direction
+from overturning.records.component import RecordComponent
 from overturning.records.formats.header import HeaderFieldPatterns, HeaderFields, signed_coordinate_from_hemisphere
 from overturning.records.formats.lines import FLOAT_PATTERN
 from overturning.records.source import SourceFile

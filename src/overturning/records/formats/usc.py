@@ -14,12 +14,12 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.records.component import (
+from overturning.records.axis_direction import (
     VERTICAL_DIRECTION_BY_FILM_AZIMUTH_CODE,
-    RecordComponent,
     checked_axis_direction_from_name_or_code,
     horizontal_direction_from_azimuth_code,
 )
+from overturning.records.component import RecordComponent
 from overturning.records.formats.header import (
     DEGREE_MINUTE_SECOND_PATTERN,
     HeaderFieldPatterns,

@@ -42,9 +42,13 @@ def test_the_survey_page_shows_the_output_of_its_commands() -> None:
             "python -m verification.example_survey"
         )
     true, text = example_survey.true_motion_of_example_survey(), " ".join(page.split())
-    assert f"the velocity of the motion is largest along {true.peak_velocity_azimuth_deg:.0f}°" in text
-    strength = f"a PGV of {100 * true.pgv_m_s:.0f} cm/s, a PGA of {true.pga_m_s2 / STANDARD_GRAVITY:.2f} g"
-    assert f"{strength} and its largest velocity along {true.peak_velocity_azimuth_deg:.0f}°" in text
+    azimuth = f"{true.peak_velocity_azimuth_deg:.0f}°"
+    assert f"the velocity of the ground motion is largest along the azimuth {azimuth}" in text
+    pgv, pga = f"{100 * true.pgv_m_s:.0f} cm/s", f"{true.pga_m_s2 / STANDARD_GRAVITY:.2f} g"
+    assert (
+        f"has the peak ground velocity (PGV) {pgv} and the peak ground acceleration (PGA) {pga}, and its velocity is "
+        f"largest along {azimuth}"
+    ) in text
     inferred = page.partition("<!-- example-survey-backwards:begin -->")[2].partition("<!--")[0]
     assert [site for site in DIRECTION_NOTATION_BY_SITE if f"\n  {site} " in inferred] == [
         *DIRECTION_NOTATION_BY_SITE

@@ -187,7 +187,7 @@ def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monk
             lambda: compute(short_motion(False), 1.0), monkeypatch
         )._get_module_for_linking()
     )
-    names = r"(?:point_pair|vertex_pair|patch_forces)"
+    names = r"(?:point_pair|vertex_pair|opposite_(?:rim_)?points|patch_forces)"
     found = re.findall(rf"^define private [^@]*@[^(]*{names}[^(]*\((.*)\)", module, re.MULTILINE)
     counts = [len(re.findall(r" %", arguments)) for arguments in found]
     assert len(counts) >= 4
@@ -200,7 +200,7 @@ def test_loops_of_the_body_kernel_have_no_scalar_copy_for_overlapping_arrays(mon
     library = numba_library_of_kernel_in_call(lambda: compute(short_motion(False), 1.0), monkeypatch)
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
     packed, scalar = regexes_of_packed_and_scalar_arithmetic()
-    loops = re.findall(r"^\S*(?:point|vertex)_pair\S*:(.*?)^\.Lfunc_end", assembly, re.MULTILINE | re.DOTALL)
+    loops = re.findall(r"^\S*(?:point_pair|vertex_pair|opposite_(?:rim_)?points)\S*:(.*?)^\.Lfunc_end", assembly, re.MULTILINE | re.DOTALL)
     counts = [(len(re.findall(packed, text)), len(re.findall(scalar, text))) for text in loops]
     assert sum(wide > 100 for wide, _ in counts) >= 5
     assert max(single for _, single in counts) < 10, counts

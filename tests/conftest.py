@@ -32,7 +32,7 @@ TEST_FILES_RUN_FIRST = (
 
 
 class GroupedFileScheduling(LoadFileScheduling):
-    """Scheduler that runs all tests of a file, or of one of the groups of files above, in one process."""
+    """Scheduler that runs all tests of a file, or of a group of files that share costly work, in one process."""
 
     def _split_scope(self, nodeid: str) -> str:
         file = super()._split_scope(nodeid)
@@ -53,7 +53,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> GroupedFi
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Import the test modules with garbage collection switched off, which would scan all of them ten times."""
+    """Import the test modules without garbage collection: it would scan all modules ten times."""
     gc.disable()
     try:
         return (yield)

@@ -22,7 +22,7 @@ def expect_error(kind: type[Exception], *words: str, brief: bool = False) -> Ite
 
 
 def run_overturning_and_return_printed_text(*words: object, status: int = 0) -> str:
-    """Run `overturning`, check its exit status, and return the output of both streams."""
+    """Run the command `overturning`, check its exit status, and return its standard output and error as one text."""
     with redirect_stdout(StringIO()) as text, redirect_stderr(text), pytest.raises(SystemExit) as end:
         main([str(word) for word in words])
     assert (end.value.code or 0) == status, text.getvalue()
@@ -36,8 +36,8 @@ def skip_test_unless_skipping_is_forbidden(reason: str) -> NoReturn:
 
 
 def other_instruction_sets_to_compile_for(targets: Sequence[str]) -> Sequence[str]:
-    """Return the instruction sets to compile for besides that of this machine: only the first, as compiling is slow.
+    """Return the first of `targets`, the instruction sets other than that of this machine, as compiling is slow.
 
-    All targets are returned if ``OVERTURNING_EVERY_TARGET`` is set, as by ``make verify``.
+    All are returned if ``OVERTURNING_EVERY_TARGET`` is set, as by ``make verify``.
     """
     return targets if "OVERTURNING_EVERY_TARGET" in os.environ else targets[:1]

@@ -19,17 +19,17 @@ def shipped_files(pattern: str) -> list[Path]:
 
 @cache
 def import_statements(source: str) -> tuple[ast.Import | ast.ImportFrom, ...]:
-    """Return all import statements of a source, also those inside functions.
+    """Return all import statements of a source text, also those inside functions.
 
-    The tree is not kept: the nodes of all sources would slow down each garbage collection.
+    The syntax tree is not kept: the nodes of all sources would slow down each garbage collection.
     """
     return tuple(node for node in _walk_statements(ast.parse(source)) if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 def _walk_statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield all statements of a module, also nested ones, but no expressions.
+    """Yield all statements of a syntax tree, also nested ones, but no expressions.
 
-    Expressions are nine tenths of what `ast.walk` yields.
+    Expressions are nine tenths of the nodes that `ast.walk` yields.
     """
     for part in ("body", "orelse", "handlers", "finalbody", "cases"):
         for one in getattr(tree, part, ()):

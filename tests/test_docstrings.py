@@ -57,7 +57,7 @@ def module_file(parts: list[str]) -> Path:
 
 
 def names_defined_imported_or_quoted_in_module(parts: list[str]) -> set[str]:
-    """Return the names that a module defines or imports, and its strings, which name what it imports when needed."""
+    """Return the names that a module defines, imports or uses, and its strings, which can name lazy imports."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(module_file(parts).read_text(encoding="utf-8"))):
         if isinstance(node, ast.FunctionDef | ast.ClassDef):

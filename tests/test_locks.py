@@ -23,7 +23,7 @@ DEPENDENCY_GROUP_BY_PACKAGE = {"pyarrow": "parquet", "pystrata": "soil", "trimes
 
 
 def lock_file_requirements_by_package(path: Path) -> dict[str, list[Requirement]]:
-    """Requirements in a lock file by package; several if the version depends on Python or the platform."""
+    """Return the requirements of a lock file by package; several if they depend on Python version or platform."""
     found: dict[str, list[Requirement]] = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         if not line.startswith(" "):
@@ -33,7 +33,7 @@ def lock_file_requirements_by_package(path: Path) -> dict[str, list[Requirement]
 
 
 def pyproject_requirements_by_group() -> dict[str, list[Requirement]]:
-    """Requirements in pyproject.toml by group; the group "run" holds the dependencies of every run."""
+    """Return the requirements in pyproject.toml by group; the group "run" holds the dependencies of every run."""
     about = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     groups = {"run": about["dependencies"], **about["optional-dependencies"]}
     return {group: [Requirement(one) for one in requirements] for group, requirements in groups.items()}
@@ -99,7 +99,7 @@ def test_mypy_is_not_fixed_to_a_python_version() -> None:
 
 
 def imported_packages(path: Path) -> set[str]:
-    """Top-level names of the packages that a file imports, also inside functions."""
+    """Return the top-level names of the packages that a file imports, also inside functions."""
     found: set[str] = set()
     for node in import_statements(path.read_text(encoding="utf-8")):
         if isinstance(node, ast.Import):

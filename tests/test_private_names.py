@@ -123,12 +123,10 @@ USED_PRIVATE_NAMES_BY_FILE: dict[str, dict[tuple[str, ...], tuple[str, str]]] = 
 
 
 def private_library_names_used_in(source: str, own_private_names: frozenset[str]) -> set[str]:
-    """Return the undocumented names of Numba, llvmlite, Matplotlib and xarray that a module uses.
+    """Return the undocumented names of Numba, llvmlite, Matplotlib and xarray that a source text uses.
 
-    `own` are private names of this package.
-
-    Private are modules that are not documented, names and texts that begin with an underscore, and names of methods
-    that are replaced on an object.
+    These are undocumented modules, names and strings that begin with an underscore, and methods that are replaced on
+    an object. Attributes, keywords and strings in `own_private_names`, those of this package, are left out.
     """
     if not re.search(rf"^\s*(from|import) ({'|'.join(LIBRARIES)})\b", source, re.MULTILINE):
         return set()
@@ -167,7 +165,7 @@ def _private_or_undocumented_names_in_import(node: ast.Import | ast.ImportFrom) 
 
 
 def _names_in_getattr_keywords_and_dict_keys(node: ast.AST) -> list[str]:
-    """Return the names that a call passes to `getattr` and similar functions, its keywords, or the keys of a dict."""
+    """Return the keywords of a call and the name that it passes to `getattr` or the like, or the keys of a dict."""
     texts: list[ast.expr | None] = []
     keywords: list[str | None] = []
     if isinstance(node, ast.Call):

@@ -231,7 +231,7 @@ def run_command_and_return_exit_status(*words: str) -> int:
 
 
 def polar_map_heading_with_study_friction(cube: xr.Dataset, folder: Path, friction: float) -> str:
-    """Return height and friction in the heading of the polar map if the study next to the cube selects a friction.
+    """Return height and friction in a polar map's heading if study.yaml next to the cube selects a friction.
 
     Check that the explorer page selects the same friction.
     """
@@ -511,7 +511,7 @@ def test_a_fall_map_of_a_scene_is_refused_unless_one_element_is_selected() -> No
 
 
 def fall_flags_drawn_in_map_cells(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
-    """Probability drawn at each azimuth and B/H in the first polar map of a figure; -1 where no colour is drawn."""
+    """Return by azimuth and B/H what a polar map shows: 1 falls towards the azimuth, 0 falls away, -1 stands."""
     (mesh,) = figure.axes[0].collections
     corner = mesh.get_coordinates()
     kinds = np.ma.filled(mesh.get_array(), -1).reshape(corner.shape[0] - 1, -1)

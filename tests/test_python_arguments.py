@@ -115,7 +115,7 @@ def test_a_scene_is_loaded_from_a_folder_given_as_a_string() -> None:
 
 
 def test_simulate_and_run_study_give_the_same_outcomes_of_a_scene(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`simulate` and `run_study` use exactly the reference element's height and B/H as defaults of a scene."""
+    """By default, `simulate` and `run_study` give a scene exactly its reference element's height and B/H."""
     monkeypatch.chdir(Path(__file__).parents[1])
     cell = overturning.run_study([WAVE], scene="three-tier", azimuth={"step": 90}, **NO_ENSEMBLE).isel(record=0)
     alone = overturning.simulate(WAVE, overturning.load_scene("three-tier"), azimuth_deg=[0, 90, 180, 270])

@@ -33,7 +33,7 @@ STUDY_NAME_BY_MAP_IMAGE: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.s
 def _finding_row(
     quantity: str, estimate: Estimate, *, as_percentage: bool = False
 ) -> QuantityValueTextAndEarthquakeCount:
-    """Return a table row of an estimate with its interval, which is left out if there are too few earthquakes."""
+    """Return a table row with an estimate and its interval; no interval if there are too few earthquakes."""
     digits = 1 if estimate.value is not None and estimate.value < 0.1 else 0
     shown = (
         format_share_with_interval(estimate, digits, word_between_ends=" to ")
@@ -44,7 +44,7 @@ def _finding_row(
 
 
 def _short_name_of_pulse_group(group_name: str) -> str:
-    """Return the name of a group of records, shortened for the table of findings."""
+    """Return “no pulse” or “velocity pulse” as the name of a group of records in the table of findings."""
     return "no pulse" if group_name.startswith("without") else "velocity pulse"
 
 
@@ -73,7 +73,7 @@ def _fall_alignment_with_pgv_and_fault_normal_rows(
 def _rows_comparing_falls_in_study_and_variant(
     study_findings: Findings,
 ) -> Iterator[QuantityValueTextAndEarthquakeCount]:
-    """Yield rows on falls in the study only, in its main variant (such as another scene) only, and the same in both."""
+    """Yield rows on falls in the study only, in its primary variant only, and in the same direction in both."""
     (one,) = (each for each in study_findings.contrasts if each.is_primary_comparison)
     yield _finding_row(
         f"falls in “{study_findings.study.name}” only", one.share_overturned_only_in_study, as_percentage=True

@@ -121,9 +121,10 @@ def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> 
 
 
 def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSurveyWithTrueMotion) -> dict[str, float]:
-    """Return, by name, whether the intervals of the inferred motion contain the true value, and their widths.
+    """Return, by column name, whether each interval of the inferred motion holds the true value, and its width.
 
-    The widths of the intervals of PGV and PGA are ratios of their bounds.
+    The widths for PGV and PGA are upper over lower bound, with and without the survey; that of the axis is in degrees.
+    Two further columns tell whether the interval of PGA lacks a bound.
     """
     found: dict[str, float] = {}
     pga = posterior.pga_m_s2_at_pgv_1_m_s[:, None] * posterior.pgv_by_motion_and_level
@@ -146,9 +147,9 @@ def interval_coverage_and_widths(posterior: MotionPosterior, survey: SimulatedSu
 
 
 def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
-    """Infer the motions of simulated surveys and check their intervals; return a row per survey and exponent.
+    """Infer the motions of simulated surveys and check their intervals; a row per survey and likelihood exponent.
 
-    The true earthquake is excluded from the library by a zero prior. The exponent is that of the likelihood.
+    Motions of a survey's true earthquake get a prior weight of zero.
     """
     library = candidate_motions()
     true = [one for one in library if one.earthquake_name]
@@ -179,9 +180,10 @@ def measure_interval_coverage(survey_count: int, threads: int) -> pd.DataFrame:
 
 
 def choose_likelihood_exponent(survey_exponent_rows: pd.DataFrame) -> float:
-    """Return the largest exponent of the likelihood for which each interval covers enough of the surveys.
+    """Return the largest likelihood exponent with which the intervals of PGV, PGA and axis have enough coverage.
 
-    Enough is the share `TARGET_COVERAGE`. The result is the smallest exponent if none covers enough.
+    Each interval must hold the true value in a share `TARGET_COVERAGE` of surveys. If no exponent suffices, return
+    the smallest.
     """
     covered = survey_exponent_rows.groupby("power")[INTERVAL_COVERAGE_COLUMNS].mean().min(axis=1)
     good = covered.index[covered >= TARGET_COVERAGE]
@@ -189,7 +191,7 @@ def choose_likelihood_exponent(survey_exponent_rows: pd.DataFrame) -> float:
 
 
 def survey_rows_with_cross_validated_exponent(survey_exponent_rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the surveys of each half of the earthquakes, with the exponent chosen on the other half."""
+    """Return each survey's row for the exponent chosen from the half of earthquakes without the survey's own."""
     halves = [
         (half, choose_likelihood_exponent(survey_exponent_rows[survey_exponent_rows["half"] != half]))
         for half in (0, 1)
@@ -203,7 +205,7 @@ def survey_rows_with_cross_validated_exponent(survey_exponent_rows: pd.DataFrame
 
 
 def confidence_interval_of_coverage(survey_rows: pd.DataFrame, coverage_column: str) -> ConfidenceInterval:
-    """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
+    """Compute the 95 % interval of the share of surveys for which `coverage_column` is true.
 
     Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap_interval`), each with all
     its surveys. There is no interval for fewer than eight earthquakes. If all surveys agree, the bound is exact (pⁿ
@@ -227,7 +229,7 @@ def confidence_interval_of_coverage(survey_rows: pd.DataFrame, coverage_column: 
 
 
 def covered_share_with_interval_text(survey_rows: pd.DataFrame, coverage_column: str) -> str:
-    """Return a label with the share of surveys for which a column is true, and its interval if there is one."""
+    """Return a label with the share of surveys for which `coverage_column` is true, and any interval of it."""
     low, high = confidence_interval_of_coverage(survey_rows, coverage_column)
     bounds = "" if np.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})"
     return f"{100 * survey_rows[coverage_column].mean():.0f} %{bounds}"
@@ -251,7 +253,7 @@ def coverage_table_row(survey_group_name: str, survey_rows: pd.DataFrame) -> tup
 
 
 def coverage_markdown_by_marker(rows: pd.DataFrame) -> dict[str, str]:
-    """Return the tables and the text on coverage as Markdown, by marker."""
+    """Return text and table on coverage as Markdown, by the name of the marker in the docs that they replace."""
     shown, shipped = (
         survey_rows_with_cross_validated_exponent(rows),
         rows[rows["power"] == DIRECTION_LIKELIHOOD_EXPONENT],

@@ -88,8 +88,8 @@ def measure_peak_flop_per_second_of_core() -> float:
 def flop_per_block_step(compiled_loop: Any) -> int:
     """Return the floating-point operations of one block step, counted in the machine code.
 
-    Counts vector instructions for additions, subtractions, multiplications, divisions, minima and maxima. Each
-    operation occurs once in vector form; the scalar code for remaining columns is not counted.
+    The count is that of vector instructions to add, subtract, multiply, divide, and take minima and maxima. Each
+    operation occurs once in vector form; the scalar code for blocks beyond the last full vector is not counted.
     """
     assembly = next(iter(compiled_loop.inspect_asm().values()))
     return len(re.findall(r"\bv?(?:add|sub|mul|div|min|max)pd", assembly))
@@ -117,7 +117,7 @@ def motion_too_weak_to_overturn() -> Motion:
 def scalar_loop_function_and_block_step_count(
     motion: Motion, uses_centred_scheme: bool, block_count: int = 8, steps_per_sample: int = 128
 ) -> tuple[Callable[[], object], int]:
-    """Return a function that runs some blocks in the scalar loop, and the number of block steps of a call."""
+    """Return a function that runs `block_count` blocks in the scalar loop, and its number of block steps per call."""
     width, height = np.array([0.24]), np.array([0.6])
     stiff, _, dashpot = (
         float(one[0])
@@ -133,7 +133,7 @@ def scalar_loop_function_and_block_step_count(
 def measure_block_step_throughput() -> list[MeasuredNumber]:
     """Measure block steps per second and core, relative to a scalar loop and to the floating-point limit.
 
-    Repeated steps are included; the limit is that of the processor.
+    Repeated steps are included; the limit is measured (`measure_peak_flop_per_second_of_core`).
     """
     rows: list[MeasuredNumber] = []
     motion, peak = motion_too_weak_to_overturn(), measure_peak_flop_per_second_of_core()
@@ -307,7 +307,7 @@ def main(
         list[str] | None, typer.Argument(help=f"{', '.join(MEASUREMENT_FUNCTION_BY_PART)}; default: all")
     ] = None,
 ) -> None:
-    """Measure the speed of the kernels; parts that are not named keep their figures."""
+    """Measure the speed of the kernels; stored numbers of parts that are not named are kept."""
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
     rows: list[MeasuredNumber] = []
     for name in (names := named_parts_or_all_if_none(parts, MEASUREMENT_FUNCTION_BY_PART)):

@@ -72,7 +72,7 @@ def text_comparing_published_and_computed_rates(
     published_fall_rate_high_percent: float,
     computed_fall_rate_percent_by_record: FloatArray,
 ) -> str:
-    """Compare a published range of fall rates, percent, with the middle half of the computed rates."""
+    """State whether a published range of fall rates, percent, overlaps the interquartile range of computed rates."""
     least, most = np.quantile(computed_fall_rate_percent_by_record, [0.25, 0.75])
     if published_fall_rate_high_percent < least:
         return "below the middle half"
@@ -82,7 +82,7 @@ def text_comparing_published_and_computed_rates(
 
 
 def published_fall_rate_label(fall_rate_low_percent: float, fall_rate_high_percent: float) -> str:
-    """Return the label of a published fall rate, percent; NaN for a missing end."""
+    """Return the label of a published range of fall rates, percent; an end that is not known is NaN."""
     if np.isnan(fall_rate_low_percent):
         return f"at most {fall_rate_high_percent:g} %"
     if np.isnan(fall_rate_high_percent):
@@ -115,7 +115,7 @@ def published_fall_rate_table(
 
 
 def computed_fall_rate_sentence(computed_fall_rate_percent_by_record: FloatArray, findings: xr.Dataset) -> str:
-    """Return a sentence on the computed fall rates."""
+    """Return text with the median, interquartile range and extremes of the computed fall rates of the records."""
     rates = computed_fall_rate_percent_by_record
     low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
     events = len(set(findings["event"].to_numpy().astype(str)))
@@ -187,7 +187,7 @@ def draw_population_fall_rates_and_return_markdown(results: StudyResults) -> str
 
 
 def estimate_with_interval_text(estimate: Estimate) -> str:
-    """Return a label with an estimate and its interval."""
+    """Return a label with an estimate and its interval, if it has one."""
     text = (
         f"{estimate.value:.2f}"
         if estimate.low is None
@@ -222,10 +222,8 @@ def copy_criteria_figure_and_return_skill_tables(results: StudyResults) -> dict[
 def text_comparing_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
     """Return a text that compares fall rates from grid cells with those of individually simulated stones.
 
-    For the rates from the grid, each stone takes the outcome of a neighbouring cell; otherwise it is simulated with
-    its own size and friction.
-
-    Each of these stones has its own height, B/H and µ.
+    For the rates from the grid, each stone takes the outcome of a neighbouring cell. For the other rates, each stone
+    is simulated with its own height, B/H and µ.
     """
     found, population_ = (
         results.population_rates_by_variant[NAME_OF_STUDY_ITSELF_AMONG_VARIANTS],
@@ -255,7 +253,7 @@ def text_comparing_grid_and_per_stone_fall_rates(results: StudyResults) -> str:
 
 
 def planar_model_accuracy_against_3d_model() -> list[MeasuredNumber]:
-    """Return the accuracy of the 2-D model in the planes of the faces, compared with the 3-D model."""
+    """Return how often the 2-D model in the planes of the faces predicts the falls and edges of the 3-D model."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
         found = {
             name: float(one)
@@ -275,7 +273,7 @@ def planar_model_accuracy_against_3d_model() -> list[MeasuredNumber]:
 
 
 def main() -> None:
-    """Compare the rates, draw the figure and publish the tables."""
+    """Compare published and computed fall rates, draw the figures and publish the tables."""
     write_measured_numbers(planar_model_accuracy_against_3d_model(), RESULT_TABLE_FOLDER / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_study_results(NEAR_FAULT_STUDY_RESULT_FOLDER, study) as results:

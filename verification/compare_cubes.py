@@ -38,7 +38,8 @@ def neighbours_have_same_outcome(
 ) -> NDArray[np.bool_]:
     """Return True for cells that fall or stand like their neighbours in azimuth (or orientation) and B/H.
 
-    A full circle is closed. With fall azimuths `fall_azimuths_deg` (3-D, degrees), these must agree as well.
+    On a full circle of azimuths, the first and the last are neighbours. If `fall_azimuths_deg` (3-D, degrees) are
+    given, they must agree as well.
     """
     same = np.ones(overturned_flags.shape, bool)
     for name in {"azimuth", "orientation", "b_over_h"} & set(overturned_flags.dims):

@@ -224,7 +224,7 @@ class PrismHalfSizesAndFriction(NamedTuple):
 
 
 def effective_gravity_at_step_middles(motion: Motion, prism_orientation_deg: float, time_step: float) -> np.ndarray:
-    """Return gravity minus ground acceleration by time step, m/s², shape (steps, 3), with x along an orientation.
+    """Return gravity minus ground acceleration by time step, m/s², shape (steps, 3), x along `prism_orientation_deg`.
 
     The values are those of `interpolate_acceleration_at_step_middles`: at the middle of each step.
     """

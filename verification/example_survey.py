@@ -80,9 +80,10 @@ def azimuths_of_first_falls_in_two_face_planes(
     height_by_stone: FloatArray,
     b_over_h_along_and_across_face_normal: FloatArray,
 ) -> FloatArray:
-    """Return the azimuths of the face normals along which stones fall first, degrees; NaN where they stand.
+    """Return the azimuth, degrees, towards which each stone falls first; NaN if it stands.
 
-    ``b_over_h_along_and_across_face_normal``, shape (stones, 2), are B/H in the plane of the face normal, and across.
+    A stone can fall along its face normal or across it; both planes are simulated, and the earlier fall counts. The
+    columns of ``b_over_h_along_and_across_face_normal``, shape (stones, 2), are B/H along and across.
     """
     azimuth = np.column_stack([face_normal_azimuth_deg_by_stone, face_normal_azimuth_deg_by_stone + 90.0])
     cases = overturning.Cases(
@@ -184,7 +185,7 @@ def fenced_code_block(text_to_fence: str) -> str:
 
 
 def simulate_and_write_example_cube(path: Path) -> None:
-    """Run the small study with which the page compares the survey, and write its cube of outcomes."""
+    """Run the small study with which the docs page compares the survey, and write its cube of outcomes."""
     cube = overturning.run_study(
         ["wtmc"],
         azimuth={"step": 10},
@@ -198,7 +199,7 @@ def simulate_and_write_example_cube(path: Path) -> None:
 
 
 def survey_command_output_by_marker() -> dict[str, str]:
-    """Return the printed comparisons of the survey that the page shows, by marker."""
+    """Return what `overturning survey` prints, without and with a cube, by the marker of its place in the docs page."""
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
         simulate_and_write_example_cube(cube)
@@ -211,13 +212,16 @@ def survey_command_output_by_marker() -> dict[str, str]:
 
 
 def inferred_motion_output_by_marker() -> dict[str, str]:
-    """Return the printed motion inferred from the survey, without the list of the likeliest motions, by marker."""
+    """Return the motion that `overturning backwards` infers from the survey, by its marker in the docs page.
+
+    The printed list of the likeliest motions is left out.
+    """
     text = run_overturning_command_and_wrap_output("backwards", str(EXAMPLE_SURVEY_FILE))
     return {"example-survey-backwards": text[text.index("\n\nFrom ") : text.index("  motion ")].strip()}
 
 
 def main() -> None:
-    """Write the survey, the rose of its falls, and the output of the commands in the page."""
+    """Write the survey, the rose diagram of its falls, and the output of the commands in the docs page."""
     write_text(EXAMPLE_SURVEY_FILE, survey_csv_text())
     run_overturning_command_and_wrap_output("survey", str(EXAMPLE_SURVEY_FILE), "--rose", str(ROSE_DIAGRAM_FILE))
     page = SURVEY_DOCS_PAGE_FILE.read_text(encoding="utf-8")

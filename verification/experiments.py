@@ -225,7 +225,7 @@ STEP_CONTROL_CHANGE_CODE_BY_NAME: Final = {
 
 
 def measure_effects_of_step_control_rules(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
-    """Measure the effect of each rule of the step control; each is compiled in a separate process."""
+    """Measure error and cost with one rule of the step control changed at a time, each change in its own process."""
     groups, rows = study_part.case_groups(), {}
     exact = run_case_groups(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
@@ -349,7 +349,10 @@ def simulate_blocks_with_block_or_scene_kernel(
 
 
 def simulate_square_prisms_facing_motion(group: CaseGroup, damping_ratio: float) -> FallSidesPeakRotationsAndStepCounts:
-    """Simulate 3-D square prisms, one face of which points along a motion with one component."""
+    """Simulate 3-D square prisms with one face perpendicular to the motion.
+
+    For each case the motion is reduced to its component along the azimuth of the case.
+    """
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
         chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.acceleration_along(float(azimuth))
@@ -366,10 +369,11 @@ def simulate_square_prisms_facing_motion(group: CaseGroup, damping_ratio: float)
 
 
 def compare_with_housner_block_by_damping_ratio(study_part: PartOfDefaultStudy) -> MarkdownByMarker:
-    """Compare blocks that do not slide with Housner's block, for several damping ratios, in the three kernels.
+    """Compare blocks that do not slide with Housner's block, for several damping ratios, in three kernels.
 
-    A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
-    exceeds 0.01 α. Blocks are squat from B/H = 0.4.
+    The kernels are those for single blocks, for scenes and for 3-D bodies. An overturning flag is firm if it does not
+    change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error exceeds 0.01 α. Blocks are
+    squat from B/H = 0.4.
     """
     cases = case_grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), FRICTION_PREVENTING_SLIDING)
     groups = [

@@ -74,10 +74,10 @@ def archive_file_texts_by_name_from_hdf5(folder: Path) -> dict[str, str]:
 
 
 def _rows_of_pandas_hdf5_table(hdf5_table: Any, **field_by_column: str) -> list[dict[str, Any]]:
-    """Return the rows of an HDF5 table written by pandas.
+    """Return the rows of an HDF5 table written by pandas, each with its values by column.
 
-    `field_by_column` maps a column of the result to the field of the table that holds it, for columns outside the
-    value blocks of pandas, such as ``ID="index"``.
+    The columns in the value blocks of pandas are always returned. `field_by_column` adds others: ``ID="index"`` fills
+    the column ``ID`` from the field ``index`` of the table.
     """
     blocks = [name for name in hdf5_table.dtype.names if name.startswith("values_block_")]
     names = {

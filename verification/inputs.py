@@ -80,7 +80,7 @@ def strong_horizontal_part_of_motion(
 
 
 def read_strong_part_of_pulse_record(near_field_pulse_record_number: int) -> Motion:
-    """Read 20 s of a near-field record with a pulse that overturns shafts, rounded to 1e-9 m/s²."""
+    """Read the strong 20 s of the horizontal motion of a near-field pulse record, rounded to 1e-9 m/s²."""
     motion = read_fema_motion(f"nearfield_pulse:{near_field_pulse_record_number}")
     north, east = (np.round(part, 9) for part in (motion.north, motion.east))
     return strong_horizontal_part_of_motion(Motion(north, east, sampling_interval=motion.sampling_interval))
@@ -95,18 +95,18 @@ def read_motions_of_default_study() -> dict[str, Motion]:
 
 
 def half_circle_azimuths(azimuth_count: int, first_azimuth_deg: float = 0.0) -> NDArray[np.float64]:
-    """Return equally spaced azimuths over half a circle, degrees; the others are mirror images."""
+    """Return equally spaced azimuths over half a circle, degrees; the other half gives mirrored outcomes."""
     return np.arange(azimuth_count) * 180.0 / azimuth_count + first_azimuth_deg
 
 
 def default_study_cases_in_half_circle(azimuth_count: int = 36) -> Cases:
-    """Return the cases of the default study for one record, without the mirrored half."""
+    """Return the cases of the default study for one record, at azimuths over half a circle only."""
     study = load_study(ROOT / "config" / "near-fault.yaml")
     return case_grid(half_circle_azimuths(azimuth_count), study.height, study.b_over_h, study.friction)
 
 
 def default_study_case_groups(azimuth_count: int, every_nth_record: int = 1) -> list[CaseGroup]:
-    """Return the cases of the default study for every n-th record, without the mirrored half."""
+    """Return the cases of the default study for every n-th record, at azimuths over half a circle only."""
     cases = default_study_cases_in_half_circle(azimuth_count)
     return [CaseGroup(motion, cases) for motion in list(read_motions_of_default_study().values())[::every_nth_record]]
 
@@ -117,7 +117,7 @@ def _case_groups_under_six_records(cases: Cases) -> list[CaseGroup]:
 
 
 def block_case_groups_under_records(sliding_or_rocking_blocks: str) -> list[CaseGroup]:
-    """Return blocks of the default study under six records, with friction such that they slide or that they rock."""
+    """Return blocks under six records, with friction at which many slide ("sliding") or rock ("rocking")."""
     return _case_groups_under_six_records(
         case_grid(
             half_circle_azimuths(6, 10.0),
@@ -129,7 +129,7 @@ def block_case_groups_under_records(sliding_or_rocking_blocks: str) -> list[Case
 
 
 def non_sliding_case_groups_under_records() -> list[CaseGroup]:
-    """Return blocks of both heights of the default study that cannot slide, under six records."""
+    """Return blocks 0.6 and 1.2 m high under six records, with friction too high for sliding."""
     return _case_groups_under_six_records(
         case_grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], FRICTION_PREVENTING_SLIDING)
     )

@@ -36,7 +36,8 @@ def simulate_stone_sizes_under_packaged_motions(
 ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
     """Simulate stones with one ratio of depth to width under all motions of the package.
 
-    Returns the indices of height and B/H, shape (sizes, 2), and the outcomes.
+    Returns the indices of height and B/H of each size, shape (sizes, 2), and the outcomes; the first two axes of these
+    are motions and sizes.
     """
     needed = np.zeros((SIMULATED_HEIGHTS_M.size, SIMULATED_B_OVER_H.size), np.bool_)
     needed[SHIPPED_HEIGHT_INDICES] = True

@@ -67,7 +67,7 @@ def median_peak_rotation_error_over_alpha(
     reference_flags: OverturningFlags,
     reference_peak_rotations_over_alpha: PeakRotationsOverAlpha,
 ) -> float:
-    """Return the median of `standing_block_peak_rotation_errors_over_alpha`; NaN without blocks that stand and rock."""
+    """Return the median error of peak rotation over α of the blocks that stand and rock; NaN if there is none."""
     errors = standing_block_peak_rotation_errors_over_alpha(
         flags, peak_rotations_over_alpha, reference_flags, reference_peak_rotations_over_alpha
     )
@@ -83,9 +83,9 @@ def convergence_order(time_steps: FloatArray, error_by_time_step: FloatArray) ->
 
 
 def all_azimuth_and_b_over_h_neighbours_agree(flags: OverturningFlags) -> NDArray[np.bool_]:
-    """Return True for cells whose neighbours in azimuth (over half a circle) and B/H have the same flag.
+    """Return True for cells whose neighbours in azimuth and B/H have the same overturning flag, side included.
 
-    The last axes are those of `inputs.case_grid`.
+    The last four axes of `flags` are azimuth (over half a circle), height, B/H and friction.
     """
     along = np.moveaxis(flags, -4, 0)
     # At the azimuth + 180° the sides are exchanged.

@@ -56,7 +56,7 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 
 def slurm_unavailable_reason() -> str:
-    """Return the reason why the cluster cannot run on this machine; empty if it can."""
+    """Return the reason why a SLURM cluster cannot run on this machine; empty if it can."""
     lacking = [name for name in _REQUIRED_PROGRAMS if shutil.which(name) is None]
     if lacking:
         return f"no {', '.join(lacking)} here; install Debian's slurm-wlm and munge"

@@ -31,7 +31,7 @@ def main(
     output: Annotated[Path, typer.Option(help="file for the orders of convergence (JSON)")],
     root: Annotated[Path, typer.Option(help="folder of README.md and docs/")] = ROOT,
 ) -> None:
-    """Publish the tables of error against run time and of the map of stability."""
+    """Publish errors against run time and stability maps in the docs; write the orders of convergence to a file."""
     kept = root / RESULT_TABLE_FOLDER.relative_to(ROOT)
     rows = pd.concat([read_table(results / f"{part}.nc") for part in MEASUREMENT_FUNCTIONS_BY_PART], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
@@ -46,7 +46,7 @@ def main(
 def publish_errors_and_return_convergence_orders(
     error_table: pd.DataFrame, readme_and_docs_folder: Path
 ) -> dict[str, float]:
-    """Draw figures of the error against run time, publish them with numbers and tables; return convergence orders."""
+    """Publish figures and tables of error against run time in the docs; return the orders of convergence."""
     images, orders = (
         readme_and_docs_folder / "docs" / "images",
         error_page.fit_convergence_orders_by_measure_and_scheme(error_table),
@@ -81,7 +81,7 @@ def publish_stability_maps(
 def _publish_numbers_and_tables(
     measured_numbers: list[MeasuredNumber], markdown_by_marker: dict[str, str], readme_and_docs_folder: Path
 ) -> None:
-    """Add measured numbers to the summary file, and write all tables into the docs."""
+    """Add measured numbers to `exactness.csv`; write the table of this file and the given tables into the docs."""
     kept = readme_and_docs_folder / RESULT_TABLE_FOLDER.relative_to(ROOT)
     known = write_measured_numbers(measured_numbers, kept / "exactness.csv", keep_other_stored_numbers=True)
     update_marked_tables_and_sentences_in_docs(

@@ -27,7 +27,11 @@ def main(
     pairs: Annotated[int, typer.Option(min=1, help="pairs of runs")] = 5,
     whole_run: Annotated[bool, typer.Option("--whole-run", help="compare complete runs of two studies")] = False,
 ) -> None:
-    """Compare the speed of two checkouts: print processor times, million block steps per second, and their ratios."""
+    """Compare the speed of this checkout with that of another one.
+
+    Print million block steps per second and the ratios of speeds and times; with `whole_run`, compare complete runs of
+    two studies, and write these tables into the docs.
+    """
     if whole_run:
         tables = {}
         for name, block in DOCS_MARKER_BY_STUDY.items():

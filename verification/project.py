@@ -71,7 +71,10 @@ class StudyWorkflowCopy:
     def subprocess_arguments_of_snakemake_run(
         self, *options: str, result_file_name: str = CUBE_FILE_NAME
     ) -> dict[str, Any]:
-        """Return arguments of `subprocess` for the command that makes a file of the results (empty: all)."""
+        """Return keyword arguments of `subprocess` functions for the Snakemake command that makes a result file.
+
+        With an empty `result_file_name`, the command makes all files.
+        """
         environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if self._own_kernels:
             environment["NUMBA_CACHE_DIR"] = str(self.folder / "kernels")

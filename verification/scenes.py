@@ -111,7 +111,7 @@ def measure_element_steps_per_second() -> Iterator[MeasuredNumber]:
 
 
 def scene_with_other_contact_law(scene: Scene, static_penetration_to_width_ratio: float, damping_ratio: float) -> Scene:
-    """Return a scene with one other contact law for all contacts: static penetration over width, damping ratio."""
+    """Return a scene with one contact law of given static penetration over width and damping ratio everywhere."""
     law = {
         "between": ("stone", "stone"),
         "static_penetration": static_penetration_to_width_ratio,
@@ -121,9 +121,10 @@ def scene_with_other_contact_law(scene: Scene, static_penetration_to_width_ratio
 
 
 def measure_speed_and_accuracy_beside_physics_engines(engine_case_count: int) -> Iterator[MeasuredNumber]:
-    """Measure time per case and correct outcomes of this program and of engines, for a shaft on two bases.
+    """Measure speed and accuracy of this program and of physics engines for a shaft on two bases.
 
-    The engines are physics engines; correct outcomes are given as a share of the cases.
+    The measured numbers are times per case, shares of cases with the correct side of the shaft's fall, and errors of
+    peak rotations.
     """
     scene, (motion, cases) = three_tier_scene_and_cases()
     fine, firm = reference_results_and_step_insensitive_case_mask(scene, motion, cases)
@@ -215,7 +216,10 @@ def fall_sides_of_shaft(
 def reference_results_and_step_insensitive_case_mask(
     scene: Scene, motion: Motion, cases: Cases
 ) -> tuple[CaseResults, np.ndarray]:
-    """Return results with a tenth of the stable step, and True where other steps give the shaft the same flag."""
+    """Return results with a tenth of the stable step, and a mask of the cases that do not depend on step and scheme.
+
+    The mask is True if a step twice as long and Cundall's scheme give the shaft the same overturning flag.
+    """
     fine = simulate_cases(scene, motion, cases, NumericalOptions(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.case_count, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
@@ -248,9 +252,9 @@ def table_of_errors_and_run_time_by_step() -> str:
 
 
 def count_flags_sensitive_to_rest_skip_or_amplitude() -> Iterator[MeasuredNumber]:
-    """Count flags of three pillars that change if samples at rest are skipped or the amplitude changes by 1e-9.
+    """Count overturning flags of three pillars that change with the skipping of rest or with the amplitude.
 
-    The flags are overturning flags.
+    Samples at rest are skipped, or the amplitude is changed by ±1e-9.
     """
     ways = {
         "leaving out": (True, 1.0),
@@ -280,10 +284,10 @@ def count_flags_sensitive_to_rest_skip_or_amplitude() -> Iterator[MeasuredNumber
 def compare_block_and_general_kernels(
     pulse_record_numbers: Sequence[int] = (6, 7, 8, 9, 10),
 ) -> Iterator[MeasuredNumber]:
-    """Compare flags, sides and rotations of a gravestone in the kernel for single blocks and in the general one.
+    """Compare flags, sides and rotations of a gravestone in the kernel for single blocks and in that for scenes.
 
-    A cell is chaotic if either kernel gives another flag with the amplitude changed by ±1e-9 or with half the step; no
-    computation of this kind decides it. The other cells must agree.
+    A cell is chaotic if either kernel gives another flag (falls or stands) with the amplitude changed by ±1e-9 or with
+    half the step. Such a flag cannot be computed reliably; the kernels should agree in all other cells.
     """
     motions = [read_strong_part_of_pulse_record(number) for number in pulse_record_numbers]
     # Half of the azimuths; the others are mirror images.
@@ -292,7 +296,7 @@ def compare_block_and_general_kernels(
     def simulate_gravestone_under_all_motions(
         uses_general_kernel: bool, amplitude_factor: float = 1.0, time_step: str = "auto"
     ) -> CaseResults:
-        """Simulate the gravestone in either kernel, under all motions times a factor."""
+        """Simulate the gravestone with the kernel for scenes or for single blocks, under all motions times a factor."""
         numerics = NumericalOptions(general=uses_general_kernel, time_step=time_step, leave_out=False)
         return join_results(
             [simulate_cases(gravestone(), motion.scaled_by(amplitude_factor), cases, numerics) for motion in motions]

@@ -37,10 +37,10 @@ def format_wrong_flag_shares_and_cost_of_eighth_step(text_template_for_number: s
 
 
 def format_rigid_block_disagreement_counts(text_template_for_number: str, results_folder: Path) -> str:
-    """Format the number of cases under records, and two numbers of disagreements with the rigid block.
+    """Format the numbers of all cases under records and of two kinds of cases that differ from the rigid block.
 
-    The first of these counts all cases with another outcome than that of the rigid block, the second those of them
-    that the physics engines also simulate.
+    The first kind are all cases with another outcome than that of the rigid block, the second those of them that the
+    physics engines also simulate.
     """
     rows = pd.read_csv(results_folder / "work-precision.csv")
     own = (rows["cases_of"] == "records, no sliding") & (rows["method"] == "centred") & (rows["default"] == 1)

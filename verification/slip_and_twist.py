@@ -47,7 +47,7 @@ EXCEEDANCE_PROBABILITY_OF_TABLE_QUANTILES: Final = 0.1
 def simulate_flag_slip_and_twist_of_shaft(
     model_name: str, model: Stack | Body, height: float, b_over_h: float, threads: int
 ) -> pd.DataFrame:
-    """Simulate the shaft; return flag, final slip (m) and |twist| (degrees) by case and time-step divisor."""
+    """Simulate a shaft; return overturning flag, final slip (m) and |twist| (degrees) by case and time-step divisor."""
     axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
     orientation, friction, amplitude = (values.ravel() for values in axes)
     cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
@@ -79,7 +79,7 @@ def absolute_relative_errors_of_large_values(
 
 
 def slip_and_twist_error_table(rows_by_case_and_time_step: pd.DataFrame) -> str:
-    """Return the table of the errors of slip and twist with each step, as Markdown."""
+    """Return the table of the errors of slip and twist by shaft and time step, as Markdown."""
     lines = []
     for name, mine in rows_by_case_and_time_step.groupby("model", sort=False):
         by_step = {step: one.set_index("case") for step, one in mine.groupby("refinement")}
@@ -108,7 +108,7 @@ def slip_and_twist_error_table(rows_by_case_and_time_step: pd.DataFrame) -> str:
 
 
 def main(threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2) -> None:
-    """Simulate the shafts, and write the table of docs/validation.md."""
+    """Simulate the shaft of a grave on its bases and on the ground, and write the table of docs/validation.md."""
     scene = load_scene("three-tier")
     height, b_over_h = reference_element_height_and_b_over_h(scene)
     models: Sequence[tuple[str, Stack | Body]] = [("on two bases", Stack(scene)), ("on the ground", Body())]

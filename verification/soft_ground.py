@@ -40,7 +40,7 @@ def fall_rate_and_axis_table_by_ground(results: StudyResults) -> pd.DataFrame:
 
 
 def soil_fundamental_periods_text(results: StudyResults) -> str:
-    """Return the fundamental periods, s, of the soil columns of the variants as text, in order."""
+    """Return the fundamental periods, s, of the soil columns of the study's variants as text, in their order."""
     found = []
     for name in results.study.variants:
         site = settings_changed_by_variant(results.study, name).site

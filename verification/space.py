@@ -75,16 +75,16 @@ def simulate_case_grid_under_motions(
     case_grid_values_by_axis: dict[str, Any] = DEFAULT_CASE_GRID_AXES,
     **options: Any,
 ) -> OutcomeArrays:
-    """Simulate a grid of bodies under motions multiplied by a factor; return the outcomes."""
+    """Simulate a grid of bodies under motions multiplied by a factor; return outcomes by name, motions first."""
     given = {"model": "rectangle", "threads": 2, **case_grid_values_by_axis, **options}
     found = [simulate_as_arrays(motion.scaled_by(amplitude_factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
 def measure_steps_per_second_and_compile_time_of_3d() -> Iterator[MeasuredNumber]:
-    """Measure block steps per second and core of 3-D bodies on vertices or a rim, and the time to compile.
+    """Measure block steps per second and core of 3-D bodies on four vertices or a circular rim, and the compile time.
 
-    The rim is circular; the time to compile the kernel is that of a first case with an empty cache, imports included.
+    The compile time is that of a first case with an empty cache of compiled code, imports included.
     """
     grid = {
         "orientation_deg": DEFAULT_CASE_GRID_AXES["orientation_deg"],
@@ -119,7 +119,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 def measure_memory_by_3d_case_count() -> Iterator[MeasuredNumber]:
-    """Measure how the peak memory grows with the number of cases; each number in a separate process."""
+    """Measure how the peak memory grows with the number of cases; each number of cases has its own process."""
     _, few, many = (
         int(run_python_program_and_measure_cpu_time(_MEMORY_MEASUREMENT_PROGRAM, count)[0])
         for count in (1000, 1000, 21000)
@@ -141,7 +141,7 @@ def prism_outcomes_in_double_precision(motion: Motion, cases: Cases, numerics: N
 
 
 def convergence_order_and_errors_by_quantity(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
-    """Return the order of convergence by quantity, and the median errors by divisor, rad.
+    """Return, by quantity, the order of convergence and the median error with each time-step divisor, rad.
 
     The quantities are the peak tilt of stones that rock and stand, and the fall azimuth of stones that fall. The stones
     do not slide; the azimuth of sliding ones converges with an order of 0.5 to 0.8 only.
@@ -172,7 +172,7 @@ def convergence_order_and_errors_by_quantity(scheme: str) -> dict[str, tuple[flo
 
 
 def measure_convergence_order() -> Iterator[MeasuredNumber]:
-    """Measure the slope of the error over the step, for stones that stand and that fall."""
+    """Measure order of convergence and error of the tilt of standing stones and the azimuth of falling ones."""
     for scheme in ("centred", "cundall"):
         for name, (slope, errors) in convergence_order_and_errors_by_quantity(scheme).items():
             yield MeasuredNumber(f"space, {scheme}: order of convergence, {name}", slope)
@@ -182,9 +182,9 @@ def measure_convergence_order() -> Iterator[MeasuredNumber]:
 
 
 def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
-    """Measure time, energy errors and reruns of the study config/in-space.yaml without its ensemble.
+    """Measure time, errors and reruns of the study config/in-space.yaml without its ensemble.
 
-    The reruns are cases rerun with finer steps; cases marked unstable or undecided are counted, too.
+    Cases whose energy does not balance are rerun with finer steps. Cases marked unstable or undecided are counted, too.
     """
     grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.direction_values_deg} | {name: grid[name] for name in grid.dimension_names[1:]}
@@ -197,7 +197,7 @@ def measure_cost_and_reruns_of_shipped_3d_study() -> Iterator[MeasuredNumber]:
         """Run cases and rerun those whose energy does not balance, like the package; count the rerun cases."""
 
         def run_cases_counting_reruns(case_indices: Any, step_divisor: int) -> None:
-            """Note how many cases are rerun, and run them."""
+            """Run cases, and note their number if they are rerun with finer steps."""
             again.append(case_indices.size if step_divisor == STEP_DIVISOR_PER_RERUN else 0)
             run_selected_cases(case_indices, step_divisor)
 
@@ -299,7 +299,7 @@ def measure_processor_time_of_three_tier_grave_and_shaft() -> Iterator[MeasuredN
 
 
 def measure_agreement_with_physics_engines(motions: list[Motion], compared_case_count: int) -> Iterator[MeasuredNumber]:
-    """Compare overturning flags and fall azimuths of some of the cases with those of physics engines."""
+    """Compare overturning flags and fall azimuths of randomly chosen cases with those of physics engines."""
     ours, seconds = run_and_measure_min_processor_time(
         partial(simulate_case_grid_under_motions, motions), 1, partial(simulate_case_grid_under_motions, motions[:1])
     )

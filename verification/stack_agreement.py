@@ -61,7 +61,7 @@ def outcomes_agree(first_fall_azimuth_deg: float, second_fall_azimuth_deg: float
 def topmost_stone_outcomes_in_this_program(
     case: StackUnderScaledRecord, amplitude_factors: Sequence[float]
 ) -> list[dict[str, Any]]:
-    """Return outcomes of the topmost stone in this program under a motion multiplied by factors.
+    """Return the outcome of the topmost stone in this program for each factor on the motion of a case.
 
     An outcome has the fall azimuth (degrees; NaN if it stands), the status, and whether any stone slides off.
     """
@@ -102,9 +102,10 @@ def outcome_and_robustness_in_this_program(case: StackUnderScaledRecord) -> dict
 
 
 def amplitude_change_percent_to_reach_azimuth(case: StackUnderScaledRecord, fall_azimuth_deg: float) -> float:
-    """Return the least of some amplitude changes, %, with which the topmost stone falls to an azimuth here; else NaN.
+    """Return the smallest amplitude change, %, with which this program reaches an outcome; NaN if none does.
 
-    An azimuth of NaN means that the stone stands; the falls are those in this program, within 20° of the azimuth.
+    The outcome is a fall of the topmost stone to within 20° of `fall_azimuth_deg`, or, if this is NaN, that it stands.
+    The changes of `RELATIVE_AMPLITUDE_CHANGES_TO_MATCH_OTHER_SOLVER` are tried in both directions.
     """
     changes = [sign * change for change in RELATIVE_AMPLITUDE_CHANGES_TO_MATCH_OTHER_SOLVER for sign in (-1.0, 1.0)]
     for change, found in zip(
@@ -116,7 +117,10 @@ def amplitude_change_percent_to_reach_azimuth(case: StackUnderScaledRecord, fall
 
 
 def read_outcomes_of_other_solvers() -> pd.DataFrame:
-    """Read the stored outcomes of all solvers; the columns of each begin with its name; NaN if not run."""
+    """Read the stored outcomes of the other solvers, one row per case; the columns of a solver begin with its name.
+
+    Outcomes that a solver has not computed are NaN.
+    """
     found = pd.DataFrame(
         [case_parameters_as_table_row(number, case) for number, case in enumerate(draw_random_stack_cases())]
     )
@@ -163,7 +167,11 @@ def outcomes_are_known_and_agree(outcomes_of_case: pd.Series, first_solver: str,
 def agreement_counts(
     outcomes_of_all_solvers_by_case: pd.DataFrame, first_solver: str, second_solver: str
 ) -> dict[str, int]:
-    """Count cases, falls in the second solver, equal flags, falls in both, and azimuths within 20° where both fall."""
+    """Return counts of cases for two solvers, by name.
+
+    `cases` are all cases, `falls` those in the second solver, `flags` equal flags, `both` falls in both solvers, and
+    `near` those of `both` with azimuths within 20°.
+    """
     counts = dict.fromkeys(("cases", "falls", "flags", "both", "near"), 0)
     for _, row in outcomes_of_all_solvers_by_case.iterrows():
         fell = [np.isfinite(row[f"{name} fall_azimuth_deg"]) for name in (first_solver, second_solver)]
@@ -280,7 +288,7 @@ def disagreement_cause(outcomes_of_case: pd.Series, case: StackUnderScaledRecord
 def slides_off_in_either_or_far_in_other_solver(
     outcomes_of_case: pd.Series, case: StackUnderScaledRecord, other_solver: str
 ) -> bool:
-    """True if a stone slides off in this program or in the solver `other_solver`, or if it slides far in the solver."""
+    """True if a stone slides off in this program or in `other_solver`, or slides far while upright in the latter."""
     fallen = int(outcomes_of_case[f"{other_solver} fallen_stone"])
     upright = fallen >= 0 and outcomes_of_case[f"{other_solver} tilt_deg"] < math.degrees(
         critical_angle(case.stack, fallen)
@@ -292,7 +300,7 @@ def slides_off_in_either_or_far_in_other_solver(
 
 
 def disagreement_table_rows(outcomes_of_all_solvers_by_case: pd.DataFrame) -> Iterator[Sequence[str]]:
-    """Yield a table row for each case on which this program and a solver, in which the case is robust, disagree."""
+    """Yield a table row for each case that is robust in a solver but has another outcome in this program."""
     cases = draw_random_stack_cases()
     for peer in OUTCOME_FILE_BY_SOLVER:
         for _, row in outcomes_of_all_solvers_by_case[

@@ -33,7 +33,8 @@ class StackUnderScaledRecord(NamedTuple):
     def part_of_scaled_record_that_can_move_a_stone(self) -> Motion:
         """Record multiplied by the factor, cut to the time in which it can move a stone, with half a second before.
 
-        The limit is half of the least acceleration that opens a joint or lets it slide.
+        This time is from the first to the last horizontal acceleration above half of the least one that opens a joint
+        or lets it slide. A record without such an acceleration is not cut.
         """
         motion = _strong_parts_of_records()[self.record_id].scaled_by(self.amplitude_factor)
         limit = 0.5 * min_acceleration_to_open_or_slide_a_joint(self.stack)
@@ -59,7 +60,7 @@ def draw_random_stack_cases(
 ) -> list[StackUnderScaledRecord]:
     """Draw stacks of two and three stones at random, with records, orientations and amplitudes.
 
-    A case in which no joint can open or slide under the peak of its record is drawn again.
+    A case in which the peak of the record can neither open nor slide any joint is replaced by another draw.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
     records, found = sorted(read_motions_of_default_study()), list[StackUnderScaledRecord]()

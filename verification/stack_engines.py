@@ -39,7 +39,7 @@ FRICTION_TO_NORMAL_IMPEDANCE_RATIO: Final = 100
 
 
 class BoxStack(NamedTuple):
-    """Stack of boxes: width along x, depth and height, m, of each from the lowest up, and their friction."""
+    """Stack of boxes: width along x, depth and height, m, of each from the lowest up, and the friction coefficient."""
 
     width_depth_height_by_stone: tuple[tuple[float, float, float], ...]
     friction: float
@@ -52,7 +52,7 @@ class BoxStack(NamedTuple):
 
 
 class TopmostStoneOutcome(NamedTuple):
-    """Outcome of the topmost stone of a stack; the first fall of any stone carries the topmost one along."""
+    """Outcome of the topmost stone of a stack; it counts as fallen as soon as any stone of the stack falls."""
 
     fall_azimuth_deg: float
     """Azimuth to which its axis points at the time of the first fall, degrees; NaN if all stones stand."""
@@ -79,7 +79,7 @@ StackEngine = Callable[[BoxStack, Motion, float, float], Iterator[StonePoses]]
 
 
 def ground_accelerations_along_stack_axes(motion: Motion, stack_orientation_deg: float) -> list[FloatArray]:
-    """Return the accelerations of the ground along x, y and z, m/s²."""
+    """Return ground accelerations, m/s²: along the stack's orientation, 90° anticlockwise of it, and up."""
     up = np.zeros(motion.sample_count) if motion.up is None else motion.up
     return [
         motion.acceleration_along(stack_orientation_deg),

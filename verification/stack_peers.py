@@ -38,7 +38,7 @@ SOURCE_FILES_OF_OUTCOMES: Final = ("engines.py", "stack_cases.py", "stack_engine
 
 
 def partial_results_path(solver_name: str) -> Path:
-    """Return the file of finished cases of a solver; its name changes with the files that the outcomes depend on."""
+    """Return the file of finished cases of a solver; its name has a hash of the sources that outcomes depend on."""
     digest = hashlib.sha256()
     for name in SOURCE_FILES_OF_OUTCOMES:
         digest.update((ROOT / "verification" / name).read_bytes())
@@ -57,7 +57,7 @@ def label_motion_and_time_step_of_robustness_runs(
 
 
 def outcome_stability_and_run_time_in_solver(solver_name: str, case: StackUnderScaledRecord) -> dict[str, Any]:
-    """Return the outcome of a case in a solver, whether slight changes keep it, and the time of the nominal run."""
+    """Return the outcome of a case, whether slight changes keep it, and the processor time of the nominal run."""
     engine, nominal, changed, seconds = STACK_ENGINES[solver_name], None, "", 0.0
     for label, motion, time_step in label_motion_and_time_step_of_robustness_runs(
         case, TIME_STEP_BY_SOLVER_S[solver_name]

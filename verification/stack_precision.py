@@ -50,7 +50,7 @@ def fall_azimuth_and_processor_time_in_program(
 ) -> tuple[float, float]:
     """Return the fall azimuth, degrees (NaN if the topmost stone stands), and the processor time of a case, s.
 
-    The case is computed together with seven other orientations, which share its time.
+    Eight orientations of the stack are computed together; the time of a case is an eighth of the whole.
     """
     model, together = Stack(scene_of_stack(case.stack)), 8
     height, b_over_h = reference_element_height_and_b_over_h(model.scene)
@@ -93,7 +93,7 @@ def fall_azimuth_and_processor_time_in_solver(
 
 
 def run_solver_with_all_steps(solver_name: str, process_count: int) -> pd.DataFrame:
-    """Run all cases in a solver with all its steps; return one row per case and step."""
+    """Run all cases in a solver with each of its time steps; return one row per case and time step."""
     cases = draw_random_stack_cases()[:COMPARED_CASE_COUNT]
     fall_azimuth_and_processor_time_in_program(cases[0], 1.0)  # compiles the kernel
     with ProcessPoolExecutor(process_count) as pool:
@@ -109,7 +109,7 @@ def run_solver_with_all_steps(solver_name: str, process_count: int) -> pd.DataFr
 
 
 def error_against_run_time_table(rows_by_case_and_time_step: pd.DataFrame) -> str:
-    """Return the table of wrong flags and azimuths against run time, as Markdown."""
+    """Return a Markdown table: time per case, wrong flags and wrong azimuths, by solver and time step."""
     lines = []
     for solver, steps in TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE.items():
         mine = rows_by_case_and_time_step[rows_by_case_and_time_step["solver"] == solver]
@@ -135,7 +135,7 @@ def main(
     solvers: Annotated[list[str] | None, typer.Argument(help="solvers to run; default: all")] = None,
     processes: Annotated[int, typer.Option(min=1, help="number of processes")] = 1,
 ) -> None:
-    """Measure error against run time of stacks, and write the table of docs/validation.md."""
+    """Measure the errors of stack outcomes against run time, and write the table of docs/validation.md."""
     kept = pd.read_csv(RESULT_TABLE_PATH) if RESULT_TABLE_PATH.is_file() else pd.DataFrame()
     for solver in named_parts_or_all_if_none(solvers, TIME_STEPS_BY_SOLVER_S_OR_AUTO_STEP_SHARE):
         if solver != PROGRAM_LABEL and find_spec(MODULE_NAME_BY_STACK_ENGINE[solver]) is None:

@@ -27,7 +27,7 @@ RESULT_TABLE_FOLDER: Final = ROOT / "verification" / "results"
 
 
 class MeasuredNumber(NamedTuple):
-    """Measured number with its quantity, unit and commit."""
+    """Measured number with its quantity, unit and the commit at which it was measured."""
 
     quantity: str
     value: float
@@ -43,7 +43,7 @@ def markdown_table(column_headers: Sequence[str], rows: Iterable[Sequence[object
 
 
 def measured_numbers_table(numbers: Iterable[MeasuredNumber]) -> str:
-    """Return measured numbers as a Markdown table; rows measured at an earlier commit name it."""
+    """Return measured numbers as a Markdown table, with a column of commits unless all are of the current one."""
     rows, now = list(numbers), current_commit()
     if all(one.commit in ("", now) for one in rows):
         return markdown_table(("", "measured"), [(one.quantity, text_of_value_and_unit(one)) for one in rows])
@@ -160,20 +160,20 @@ def update_marked_tables_and_sentences_in_docs(
 ) -> None:
     """Write each Markdown text between its markers ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` in the docs.
 
-    A line below each body names the commit and the machine (see `commit_and_machine_line`). Figures within sentences
+    A line below each text names the commit and the machine (see `commit_and_machine_line`). Figures within sentences
     are updated, too (see `verification.sentences`).
 
     Parameters
     ----------
     markdown_by_marker : mapping of str to str
-        Markdown by marker.
+        Markdown text by marker (``mark`` above).
     readme_and_docs_folder : Path
         Folder of README*.md and docs/*.md.
 
     Raises
     ------
     ResultError
-        If no page has one of the markers; the other bodies are published anyway.
+        If no page has one of the markers; the other texts are written anyway.
     """
     missing = set(markdown_by_marker)
     with lock_folder_for_changes(readme_and_docs_folder):

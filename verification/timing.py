@@ -113,7 +113,7 @@ def run_case_groups_in_subprocess(
     repetition_count: int = 1,
     **environment: str,
 ) -> list[ResultsWithProcessorTime]:
-    """Run groups of cases with each of several settings in a separate process.
+    """Run groups of cases in a separate process; return results and processor time for each of several settings.
 
     Parameters
     ----------

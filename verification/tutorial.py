@@ -72,7 +72,7 @@ def cubes_with_and_without_vertical_motion(**study_settings: Any) -> tuple[xr.Da
 
 
 def count_2d_falls_with_and_without_vertical_motion() -> Iterator[MeasuredNumber]:
-    """Yield the shares of the study config/waiau.yaml in which blocks fall with and without vertical motion."""
+    """Yield shares of 2-D blocks of config/waiau.yaml that fall under record wtmc, with and without vertical motion."""
     study = load_study(ROOT / "config" / "waiau.yaml")
     with_up, without = cubes_with_and_without_vertical_motion(
         azimuth=study.azimuth.model_dump(), b_over_h=list(study.b_over_h), height=list(study.height),
@@ -99,7 +99,7 @@ def count_2d_falls_with_and_without_vertical_motion() -> Iterator[MeasuredNumber
 
 
 def count_3d_falls_with_and_without_vertical_motion() -> Iterator[MeasuredNumber]:
-    """Yield the shares of the tutorial's 3-D stones that fall, and changes of their fall azimuths."""
+    """Yield shares of 3-D stones that fall with and without vertical motion, and changes of their fall azimuths."""
     cubes = cubes_with_and_without_vertical_motion(**SETTINGS_OF_3D_STUDY)
     first, second = (cube["overturned"].to_numpy() == 1 for cube in cubes)
     both = first & second

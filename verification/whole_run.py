@@ -100,7 +100,7 @@ def run_whole_study_and_measure_cost(
 
 
 def read_step_costs(step_time_and_memory_log_path: Path) -> dict[str, TotalCostOfCommandSteps]:
-    """Return the cost of the steps of each command from a table of steps, those with most processor time first."""
+    """Read a table of steps; return the cost by command, the command with most processor time first."""
     costs: dict[str, TotalCostOfCommandSteps] = {}
     with step_time_and_memory_log_path.open(encoding="utf-8", newline="") as file:
         for row in csv.reader(file, delimiter="\t"):
@@ -111,7 +111,7 @@ def read_step_costs(step_time_and_memory_log_path: Path) -> dict[str, TotalCostO
 
 
 def measure_whole_run_with_and_without_fork_server() -> list[MeasuredNumber]:
-    """Measure elapsed and processor time with compiled kernels, with the fork server and without it."""
+    """Run the default study with the fork server and with a process per step; return elapsed and processor times."""
     served, own = (
         run_whole_study_and_measure_cost(uses_fork_server=True),
         run_whole_study_and_measure_cost(uses_fork_server=False),
@@ -179,7 +179,7 @@ def compare_run_costs_with_other_checkout(checkout_folder: Path, pair_count: int
 
 
 def _times_by_table_row_name(run_cost: WholeRunCost) -> dict[str, float]:
-    """Return the times of a complete run, s, by the name of their table row."""
+    """Return the times of a complete run, s, by table row: elapsed, first map, processor, each command, the rest."""
     steps = {
         f"processor time of `{name}`, s": cost.total_processor_time_s
         for name, cost in run_cost.step_cost_by_command.items()

@@ -61,7 +61,7 @@ def convert_argument_to_finite_array(argument_name: str, values: Any, required_s
     Raises
     ------
     ArgumentError
-        If a value is no number or not finite, or the shape is another.
+        If a value is no finite number, or the shape differs from `required_shape`.
     """
     array = np.asarray(convert_argument_to_float_array(argument_name, values, copy=True))
     if array.ndim != len(required_shape) or any(
@@ -98,15 +98,15 @@ class _DaskArrayTypeEntryWithoutImport:
 
     @property
     def type(self) -> tuple[Any, ...]:
-        """Class of dask arrays in a tuple, for `isinstance`; an empty tuple if dask has not been imported."""
+        """Tuple with the class of dask arrays, for `isinstance`; empty if dask has not been imported."""
         dask: Any = sys.modules.get("dask.array")
         return (dask.Array,) if hasattr(dask, "Array") else ()
 
 
 def keep_xarray_from_importing_dask() -> None:
-    """Keep xarray from importing dask (0.3 s) only to check whether an array is a dask array.
+    """Add a substitute for dask to xarray's private table of array types, so that no type check imports dask (0.3 s).
 
-    No array can be a dask array before dask is imported. Without this private table, xarray imports dask as usual.
+    No array can be a dask array before dask is imported. If xarray has no such table, it imports dask as usual.
     """
     from xarray.namedarray import pycompat
 

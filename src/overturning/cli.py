@@ -5,9 +5,10 @@ from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the program `overturning`; a workflow step runs as a copy (fork) of the workflow's server process if it can.
+    """Run the program `overturning`; a workflow step runs in a fork of the workflow's server process if possible.
 
-    See `overturning.commands.application.run_command_line`; `arguments` are those of the process if not given.
+    Only a command line of this process (`arguments` is None) may run in the server; given `arguments` run here. See
+    `overturning.commands.application.run_command_line`.
     """
     if arguments is None:
         from overturning.commands.fork_client import run_workflow_step_in_fork_server_if_possible

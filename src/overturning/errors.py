@@ -65,9 +65,9 @@ def closest_name_hint(unknown_name: str, known_names: Iterable[str], hint_if_non
 
 
 def refuse_unknown_keywords(*further_accepted_keywords: type | str) -> Callable[[Decorated], Decorated]:
-    """Return a decorator: the decorated function or class refuses unknown keywords, and names the closest known one.
+    """Return a decorator that makes a function or class refuse unknown keywords, and name the closest known one.
 
-    `further_accepted_keywords` names keywords that are passed on, one by one or as a dataclass whose fields they are.
+    `further_accepted_keywords` are keywords that the function passes on: names, or dataclasses with fields so named.
     """
 
     def add_keyword_check(function_or_class: Decorated) -> Decorated:

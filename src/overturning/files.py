@@ -19,7 +19,8 @@ from overturning.errors import ArgumentError, ConfigError
 def check_output_path(path: Path | None, argument_name: str, *suffixes: str) -> None:
     """Raise an `ArgumentError` if an output file cannot be written or has a wrong suffix.
 
-    `suffixes` are the accepted extensions, such as ``.svg``; without them, any extension is accepted. None is accepted.
+    `suffixes` are the accepted extensions, such as ``.svg``; without them, any extension is accepted. A `path` of None
+    stands for no output file and raises no error.
     """
     if path is None:
         return
@@ -119,7 +120,8 @@ def os_error_message_or_empty_without_remedy(error: OSError) -> str:
 def append_checksum(path: Path) -> None:
     """Append the SHA-256 checksum of a file to the file itself, as a separate line.
 
-    In a table it is a comment. Readers of NetCDF and HDF5 ignore data after the end of file stated in the header.
+    The line begins with #, so that it is a comment in a table. Readers of NetCDF and HDF5 ignore data after the end of
+    file stated in the header.
     """
     with path.open("r+b") as file:
         digest = hashlib.file_digest(file, "sha256")
@@ -183,7 +185,7 @@ def convert_argument_to_path(
 ) -> Path:
     """Convert the argument `argument_name` of a public function to a path.
 
-    Raise an `ArgumentError` that asks for `description_of_valid_argument` if it is not a path.
+    Raise an `ArgumentError` that asks for `description_of_valid_argument` if the argument is not a path.
     """
     if not isinstance(value, str | os.PathLike):
         raise ArgumentError(f"{argument_name}: a {type(value).__name__}; give {description_of_valid_argument}")
@@ -191,7 +193,7 @@ def convert_argument_to_path(
 
 
 def file_name_if_absolute_else_path(path_text: str) -> str:
-    """Return a path as results store it: of an absolute path only the file name, a relative path unchanged."""
+    """Return a path as results store it: only the file name of an absolute path, a relative path unchanged."""
     path = Path(path_text)
     return path.name if path.is_absolute() else path.as_posix()
 
@@ -205,7 +207,7 @@ def _strict_yaml_loader_class() -> Any:
         """YAML loader that rejects repeated keys, and numbers that are not decimal (octal, hexadecimal, base 60)."""
 
     def construct_mapping(yaml_loader: Any, yaml_node: Any) -> Iterator[dict[Any, Any]]:
-        """Yield the mapping of a YAML node; raise an error if a key is repeated."""
+        """Return an iterator by which PyYAML builds the mapping of a YAML node; raise an error for a repeated key."""
         seen = set()
         for key, _ in yaml_node.value:
             if (name := key.value if isinstance(key, yaml.ScalarNode) else key) in seen:
@@ -214,7 +216,7 @@ def _strict_yaml_loader_class() -> Any:
         return yaml_loader.construct_yaml_map(yaml_node)
 
     def construct_plain_decimal_number(yaml_loader: Any, yaml_node: Any) -> float:
-        """Return the number of a YAML node; raise an error unless it is a plain decimal number."""
+        """Return the number of a YAML node; raise an error if it is octal (leading zero) or in base 60 (colons)."""
         octal = re.match(r"[-+]?0[0-9_]+$", yaml_node.value)
         found: float = (
             yaml_loader.construct_yaml_int(yaml_node)

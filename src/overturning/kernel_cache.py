@@ -43,9 +43,9 @@ _SOURCES_DIGEST_AT_IMPORT_BY_FOLDER = {_DEFAULT_KERNEL_SOURCE_FOLDER: sources_di
 def kernel_cache_directory(kernel_source_folder: Path | None = None) -> Path:
     """Return the cache folder for the compiled kernels of a source folder, by default that of the package `dem`.
 
-    Numba checks only the file of the function that it loads, not those of its callees or of compiled-in constants. The
-    folder is therefore named after a digest of every module of the layer, subfolders included. It lies below
-    ``NUMBA_CACHE_DIR`` if that is set, otherwise below the user's cache folder.
+    Numba checks for changes only the file of the function that it loads, not the files of called functions or of
+    compiled-in constants. The folder is therefore named after the digest of all these files (`sources_digest`). It
+    lies below ``NUMBA_CACHE_DIR`` if that is set, otherwise below the user's cache folder.
     """
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base is None:
@@ -66,7 +66,7 @@ def subpackage_folder_of_module(module_path: Path) -> Path:
 
 
 def _make_cache_file_use_checksums(numba_cache_file: Any) -> None:
-    """Make a Numba cache file store its SHA-256 when it is saved, and verify it before the file is loaded."""
+    """Make a Numba cache-file object append a SHA-256 checksum to files that it saves, and verify it before loading."""
     dump, load_index, load_data = numba_cache_file._dump, numba_cache_file._load_index, numba_cache_file._load_data
 
     def serialise_with_checksum(object_to_serialise: Any) -> bytes:
@@ -100,10 +100,10 @@ def _make_cache_file_use_checksums(numba_cache_file: Any) -> None:
 def cache_compiled_kernel(numba_dispatcher: Any) -> Any:
     """Let Numba cache the machine code of a compiled function in `kernel_cache_directory`; return the same function.
 
-    The function is compiled without ``cache=True``.
+    The function is declared without ``cache=True``, since caching is enabled here.
 
-    With a damaged index or code file, Numba raises the same error in every run, or runs damaged code. Here such a file
-    is removed and the kernel compiled again. If the folder cannot be written, the kernel is compiled in every process.
+    With a damaged index or code file, Numba alone raises an error in every run, or runs damaged code. Here such files
+    are removed and the function compiled again. If the folder is not writable, every process compiles the function.
     """
     try:
         numba_dispatcher.enable_caching()

@@ -23,9 +23,9 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
     Parameters
     ----------
     cube_or_study : Dataset or Study
-        Cube or study that the coefficient belongs to. A cube without a study has the label of a single block.
+        Cube or study that the coefficient belongs to. A cube without a study is labelled as a single block, "µ = …".
     friction : float
-        Friction coefficient of the dimension ``friction``.
+        Friction coefficient, a value of the dimension ``friction`` of the cube.
     """
     study, variant = None, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
     if isinstance(cube_or_study, Study):
@@ -39,9 +39,9 @@ def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
 
 
 def variant_label_in_list_if_not_nominal(cube: "xr.Dataset") -> list[str]:
-    """Return a cube's variant (study with changed settings) for titles, as a list such as ["variant soil"], or [].
+    """Return the label of a cube's variant for titles, in a list such as ["variant soil"].
 
-    The list is empty for the nominal cube of a study, and for a cube without a study.
+    A variant is a study with changed settings. The list is empty for a cube of the study itself or without a study.
     """
     name = str(cube.attrs.get("variant", NAME_OF_STUDY_ITSELF_AMONG_VARIANTS))
     if name == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS:
@@ -51,7 +51,7 @@ def variant_label_in_list_if_not_nominal(cube: "xr.Dataset") -> list[str]:
 
 
 def note_if_sizes_are_not_those_of_shown_stone(cube: "xr.Dataset") -> str:
-    """Return a note if height and B/H of the cube are not those of the stone whose outcomes are shown; else ""."""
+    """Return a note if the cube's coordinates height and B/H are not those of the stone shown; otherwise ""."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).size_reference_element_name
     if element_name_to_show(cube) != reference:
@@ -60,7 +60,7 @@ def note_if_sizes_are_not_those_of_shown_stone(cube: "xr.Dataset") -> str:
 
 
 def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:
-    """Return notes on records assigned to one earthquake although its names differ, and on doubtful assignments."""
+    """Return notes on earthquakes to which records give different names, and on doubtful assignments of records."""
     return list(parse_json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
 
 

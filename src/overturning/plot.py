@@ -40,7 +40,7 @@ def __dir__() -> list[str]:
 
 
 def _with_style_and_checks(draw_figure: DrawFunction, first_argument_is_cube: bool = False) -> DrawFunction:
-    """Return a drawing function that checks keywords and (optionally) its cube, and uses the project's style."""
+    """Wrap a drawing function: refuse unknown keywords, use the project's style and, if asked, check its cube."""
 
     @refuse_unknown_keywords()
     @wraps(draw_figure)
@@ -66,10 +66,10 @@ def _register_cube_figure(figure_kind: str, draw_figure: DrawFunction) -> DrawFu
 def fall_map(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
     """Draw the falls of one block under one record, by azimuth and B/H (2-D) or orientation and B/H (3-D).
 
-    The sectors of a single plane (one azimuth, or two opposite ones), which has no step of azimuths, are 5° wide.
-    The block is the one that the study shows first. If the cube holds only a part of the heights or frictions, or comes
-    from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on one radial scale
-    (2-D only).
+    Each sector is as wide as the step of azimuths; sectors of a single plane (one azimuth, or two opposite ones) are
+    5° wide. The study chooses the block in its setting `figures`, by default the first height and the last friction.
+    If the cube holds only a part of the heights or frictions, or comes from `overturning.simulate`, all its blocks are
+    shown. Several records, as a list, are drawn on one radial scale (2-D only).
     """
     from overturning.study.cube import default_height_and_friction_of_figures
 
@@ -126,7 +126,7 @@ def _scene_and_element_title(cube: "xr.Dataset") -> str:
 
 @partial(_register_cube_figure, "boundary")
 def overturning_boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
-    """Draw the largest B/H that falls under one record by azimuth of the motion (2-D results only)."""
+    """Draw the largest B/H that overturns under one record, by azimuth of the motion (2-D results only)."""
     from overturning.figures.boundary import overturning_boundary_figure
     from overturning.figures.content import check_has_falls
     from overturning.statistics import boundary as statistics
@@ -173,7 +173,7 @@ def fall_roses_by_earthquake(cube: "xr.Dataset") -> "Figure":
 
 @partial(_register_cube_figure, "axes")
 def fall_alignment_by_earthquake(cube: "xr.Dataset") -> "Figure":
-    """Draw the mean of cos 2Δ over falls (Δ: angle from fault normal) by earthquake, and means with intervals."""
+    """Draw mean cos 2Δ of falls (Δ: angle from fault normal) by earthquake, and group means with intervals."""
     from overturning.figures.alignment import fault_normal_alignment_figure_from_fall_axes
     from overturning.figures.content import check_has_falls_and_fault_normal
     from overturning.statistics.earthquakes import fall_axes_from_fault_normal_by_group, summarise_fall_axes
@@ -208,7 +208,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 
 @partial(_register_cube_figure, "plane")
 def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
-    """Draw outcomes by PGA and PGV/PGA at the largest friction, with logistic fit and published criteria (2-D)."""
+    """Draw outcomes by PGA and PGV/PGA at the largest friction, with logistic fit and overturning criteria (2-D)."""
     from overturning.figures.content import check_has_outcomes_and_nonzero_motion
     from overturning.figures.intensity_plane import outcomes_by_pga_and_pgv_over_pga_figure
     from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
@@ -290,7 +290,7 @@ def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), titl
 
 @_with_style_and_checks
 def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
-    """Draw rotation, slip and uplift over time of 2-D simulations from `overturning.trajectory`, a column each."""
+    """Draw rotation, slip and uplift over time, one column for each 2-D simulation from `overturning.trajectory`."""
     from overturning.figures.content import check_are_trajectories_in_2d
     from overturning.figures.response import rotation_slip_and_uplift_figure
 
@@ -302,7 +302,7 @@ def rotation_slip_and_uplift(trajectories: "xr.Dataset | Sequence[xr.Dataset]", 
 def _draw_figure_of_all_records_with_title(
     cube: "xr.Dataset", draw_figure: Callable[["xr.Dataset"], "Figure"]
 ) -> "Figure":
-    """Draw a figure of all records in a results cube; the title has variant, amplitude factor and scene."""
+    """Draw a figure of all records in a results cube; put variant, amplitude factor and scene above its title."""
     from overturning.figures.style import add_title_and_legend
     from overturning.study.cube import select_and_sort_cube_for_figures
 
@@ -320,7 +320,7 @@ def _draw_figure_of_all_records_with_title(
 
 
 def _select_outcomes_under_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
-    """Return the outcomes under one record in a results cube, in memory and sorted for figures."""
+    """Select the part of a results cube under one record, sort its coordinates for figures and load it into memory."""
     from overturning.study.cube import index_of_record, select_and_sort_cube_for_figures
 
     number = index_of_record(cube, record)
@@ -339,7 +339,7 @@ def _checked_nonzero_motion(motion: MotionOrRecord, figure_kind: str) -> MotionO
 
 
 def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("station", "event")) -> str:
-    """Return a title from metadata of the record, such as station, with variant and amplitude factor if not nominal."""
+    """Return a title: metadata of the record (station, event), variant if not nominal, amplitude factor if not 1."""
     from overturning.labels import variant_label_in_list_if_not_nominal
 
     times = [f"motion × {_motion_amplitude_factor(cube):g}"] if _motion_amplitude_factor(cube) != 1.0 else []
@@ -390,7 +390,7 @@ def _ground_motion_folder_beside_cube(cube: "xr.Dataset") -> Path:
 
 
 def _read_intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
-    """Return the intensity measures of the records in a results cube, in their order; only `names` if given."""
+    """Return intensity measures (all, or only `names`) of the records in a results cube, in the cube's record order."""
     import xarray as xr
 
     path = _existing_path_next_to_cube(cube, "intensity.nc")

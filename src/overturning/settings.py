@@ -30,7 +30,7 @@ class UniformRange(StrictModel):
 
 
 class LengthRange(UniformRange):
-    """Uniform distribution of a length between a lowest and a highest value, m or with a unit."""
+    """Uniform distribution of a length between a lowest and a highest value, numbers in m or texts with a unit."""
 
     low: Metre = Field(gt=0, description="lowest value, m")
     high: Metre = Field(gt=0, description="highest value, m")
@@ -87,9 +87,9 @@ class EnsembleSettings(StrictModel):
     @field_validator("relief")
     @classmethod
     def _check_relief_is_within_limit(cls, max_bearing_point_height_range: LengthRange | None) -> LengthRange | None:
-        """Raise a ValueError if the points of a scanned base bear up to too great a height.
+        """Raise a ValueError if the relief of a scanned base can exceed `MAX_LOAD_BEARING_BASE_RELIEF_M`.
 
-        The limit is `MAX_LOAD_BEARING_BASE_RELIEF_M`.
+        The relief is the height up to which points of the base bear load.
         """
         if (
             max_bearing_point_height_range is not None

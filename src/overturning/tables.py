@@ -88,7 +88,7 @@ def read_table_rows(
 def _numbered_table_lines(
     path: Path, row_model: type[BaseModel], error_class: type[OverturningError], table_kind: str
 ) -> list[tuple[int, str]]:
-    """Return number and text of a table's lines except comments and empty ones; an error if there are none."""
+    """Return number and text of each line except comments and empty lines; raise an error if there is none."""
     try:
         if path.stat().st_size > MAX_TABLE_BYTES:
             raise error_class(
@@ -120,7 +120,7 @@ def _column_error_message(
     columns_of_which_one_is_required: Sequence[str],
     reason_to_refuse_unknown_column: Callable[[str], str] | None,
 ) -> str:
-    """Return a message for the first unknown or missing column in a table's header; "" if it is correct."""
+    """Return a message for an unknown, repeated or missing column in a table's header; "" if it is correct."""
     for column in column_names:
         if column not in row_model.model_fields:
             why = (

@@ -98,7 +98,7 @@ class RefusedBooleanText(str):
 class StrictModel(BaseModel):
     """Base class of settings read from files: unknown keys are refused, and instances are immutable.
 
-    True and false are no numbers; pydantic would read them as 1 and 0.
+    True and false are refused where a number is expected; pydantic alone would read them as 1 and 0.
     """
 
     # A misspelt key is an error. Immutable instances can be hashed, cached and shared between threads.
@@ -134,7 +134,7 @@ def _types_of_setting_or_its_list_items(annotation: Any) -> set[type]:
 
 
 def _replace_booleans_by_texts(value: Any) -> Any:
-    """Return a value with true and false replaced by their texts, also in lists."""
+    """Return a value in which True and False, also in lists, are replaced by the texts "true" and "false"."""
     if isinstance(value, list | tuple):
         return type(value)(map(_replace_booleans_by_texts, value)) if type(value) in (list, tuple) else value
     return RefusedBooleanText(str(value).lower()) if isinstance(value, bool) else value
@@ -200,7 +200,7 @@ def describe_invalid_keys(
     make_printed_key_path : callable, optional
         Function from the path of a value (keys and list positions) to the path that is printed.
     name_of_value_without_key : str, optional
-        Name of a value without a key.
+        Text printed in place of the key if the content of the file as a whole is wrong, such as "the study".
     """
     found: dict[tuple[str, str], list[str]] = {}
     for fault in _omit_redundant_length_errors(error.errors()):
@@ -233,8 +233,8 @@ Model = TypeVar("Model", bound=BaseModel)
 def make_constructor_raise_argument_errors(model_class: type[Model]) -> type[Model]:
     """Make the constructor of a pydantic model take positional values and raise ArgumentErrors; return the model.
 
-    An unknown keyword is answered with the closest one. Values that are validated as a part of another model, or by
-    `model_validate`, raise pydantic's errors as usual. Subclasses inherit the constructor.
+    The error for an unknown keyword names the closest known one. Values that are validated as a part of another model,
+    or by `model_validate`, raise pydantic's errors as usual. Subclasses inherit the constructor.
     """
     construct = model_class.__init__
 
@@ -351,7 +351,7 @@ def short_text_of_value(value: object) -> str:
     """Return the text of a value for messages, at most 60 characters and three nested levels long."""
 
     def shorten_nested(nested_value: object, nesting_levels_left: int) -> object:
-        """Return a value with long texts, and lists and dictionaries below the last level, shortened."""
+        """Return a value with long texts cut; lists and dictionaries below the levels left become "…"."""
         if isinstance(nested_value, list | tuple):
             return (
                 [shorten_nested(one, nesting_levels_left - 1) for one in nested_value[:20]]
@@ -376,5 +376,5 @@ def short_text_of_value(value: object) -> str:
 
 
 def _shorten_text(text: str) -> str:
-    """Return a text, cut to 60 characters."""
+    """Return a text of at most 60 characters; a longer one is cut and ends with "…"."""
     return text if len(text) <= 60 else text[:57] + "…"

@@ -170,7 +170,7 @@ class LogHandler(LogHandlerBase):
 
 
 def _first_input_size_over_folder_mean(input_files: list[str]) -> float:
-    """Return the size of a job's first input file relative to the mean size of files of this type in its folder."""
+    """Return the size of a job's first input file over the mean of its folder's files of this type; 1 if unknown."""
     with suppress(OSError, IndexError, ZeroDivisionError):
         first = Path(str(input_files[0]))
         sizes = [path.stat().st_size for path in first.parent.glob(f"*{first.suffix}")]
@@ -179,7 +179,7 @@ def _first_input_size_over_folder_mean(input_files: list[str]) -> float:
 
 
 def _last_error_message_in_step_log(rule_name: str, log_files: list[str]) -> str:
-    """Return the error message at the end of a step's log; the last line if it is a traceback."""
+    """Return the last "error: …" message in the log of a failed step; without one, the last line of the log."""
     for log in log_files:
         lines = [line for line in _read_log_lines(Path(log)) if line.strip()]
         begins = [index for index, line in enumerate(lines) if line.startswith("error: ")]
@@ -197,7 +197,7 @@ def _last_error_message_in_step_log(rule_name: str, log_files: list[str]) -> str
 
 
 def _snakemake_error_without_code_positions(text: str) -> str:
-    """Return an error message of Snakemake without the positions in the workflow's files."""
+    """Return an error message of Snakemake without the file names and line numbers of the workflow's code."""
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("  File ")]
     if text.startswith("Traceback"):
         lines = lines[-1:]

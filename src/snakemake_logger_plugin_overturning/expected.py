@@ -55,7 +55,7 @@ class RunProgressEstimate:
     Attributes
     ----------
     expected_job_seconds_by_rule : dict of float
-        Expected time of a job of each rule, s; `EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE` for others.
+        Expected time of a job of each rule, s; a missing rule has `EXPECTED_SECONDS_OF_JOB_WITHOUT_ESTIMATE`.
     parallel_job_count : int
         Number of jobs that run at the same time.
     """
@@ -83,7 +83,7 @@ class RunProgressEstimate:
     def store_job_start(
         self, job_id: int, rule_name: str, job_name: str, log_files: list[Path], relative_input_size: float = 1.0
     ) -> None:
-        """Store a job that begins; `relative_input_size` is relative to the mean of the jobs of its rule."""
+        """Store a job that begins; `relative_input_size`: size of its input over the mean, a factor on its time."""
         self._running_jobs[job_id] = RunningJob(
             job_name,
             relative_input_size

@@ -97,7 +97,7 @@ def wait_until(condition: Callable[[], object]) -> None:
 
 
 def open_pipe_for_writing(pipe: Path) -> list[int]:
-    """Open a named pipe for writing, as a list of one descriptor; empty if nobody reads the pipe yet."""
+    """Open a named pipe for writing; return [file descriptor], or [] if no process reads the pipe yet."""
     try:
         return [os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)]
     except OSError:
@@ -114,7 +114,7 @@ def ignores_interrupt(process: int) -> bool:
 def client_and_process_of_endless_step(
     server: psutil.Process, folder: Path
 ) -> Iterator[tuple[subprocess.Popen[str], psutil.Process]]:
-    """Start a step that waits forever for its study; yield its client and its process in the server."""
+    """Start a step that waits forever for its study file; yield the client and the server's child that runs it."""
     study, writers = folder / "study.yaml", list[int]()
     os.mkfifo(study)
     words = ["read", "--study", str(study), "--record", "rinaldi", "--output", str(folder / "never.nc")]

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def unpacked_wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A folder into which the wheel was unpacked; the wheel was built from the sdist, without network."""
+    """Return the folder into which the wheel was unpacked; the wheel was built here, without network."""
     folder = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-t", "wheel", "-d", str(folder)]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
@@ -54,9 +54,9 @@ for folder, (program, *words) in json.loads(sys.argv[1]):
 def folder_and_outputs_of_wheel_commands(
     unpacked_wheel: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, list[tuple[str, str]]]:
-    """Outputs and statuses of commands of the unpacked wheel, and the folder in which they ran.
+    """Return the folder in which commands of the unpacked wheel ran, and (standard output, standard error) of each.
 
-    One process runs all of them, as the imports of a process take longer than its command.
+    One process runs all commands, as the imports of a process take longer than a command.
     """
     folder = tmp_path_factory.mktemp("commands")
     project = folder / "mine"

@@ -38,7 +38,7 @@ SMALL_STUDY = {
 
 
 def planar_outcome_hash(stored: Path, threads: int) -> str:
-    """Return the SHA-256 of 2-D outcomes: both schemes and the exact rigid block, with and without vertical motion."""
+    """Return the SHA-256 of 2-D outcomes: two schemes and the rigid rocking block, with and without vertical motion."""
     digest = hashlib.sha256()
     motion = np.load(stored)
     for up in (None, 0.5 * motion["east"]):

@@ -17,7 +17,7 @@ def state_of_leaning_rotating_body(
 ) -> InitialState:
     """Return a body that leans towards x by `tilt` (rad) and rotates about its contact point.
 
-    `arm` is the contact point from the centre (m), `turning` the angular velocity (rad/s), `sunk` the penetration (m).
+    `arm`: vector from centre to contact point (m). `turning`: angular velocity (rad/s). `sunk`: penetration (m).
     If the body does not roll (`rolls` False), the centre moves only vertically.
     """
     velocity = -np.cross(turning, arm)

@@ -25,9 +25,10 @@ PLAN_FIELDS_PER_CASE = (
 
 
 def simulate_under_each_motion(model: Body | Stack, motions: list[Motion], cases: Cases, **options: Any) -> CaseResults:
-    """Simulate n cases under several level motions with the same times; return arrays of shape (motions, n, …).
+    """Simulate n cases under several horizontal motions with the same times; return arrays of shape (motions, n, …).
 
-    A lane that is not used costs as much as one that is, and a case has the same bits in any lane: see
+    The kernel simulates several cases at once, in lanes. An empty lane costs as much as a full one, and outcomes do not
+    depend on the lane: see
     `test_stack.test_outcomes_of_a_case_do_not_depend_on_cases_simulated_with_it`.
     """
     assert len({(motion.sample_count, motion.sampling_interval) for motion in motions}) == 1

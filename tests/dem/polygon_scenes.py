@@ -54,7 +54,7 @@ def motion_towards_north(acceleration: Any, interval: float = 0.01) -> Motion:
 
 
 def plan_single_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonSimulationPlan:
-    """Plan a case of a scene along azimuth 0 with the sizes of its file; times at rest are simulated, too."""
+    """Plan one case of a scene with the sizes of its file, along azimuth 0; times at rest are not skipped."""
     height, ratio = reference_element_height_and_b_over_h(made)
     return plan_scene_simulation(
         PlanarModel(made),
@@ -69,7 +69,7 @@ def run_planned_case(
 ) -> tuple[CaseResults, np.ndarray, np.ndarray]:
     """Run a planned case; return results, times (s), and poses with velocities, shape (samples, elements, 6).
 
-    `samples_after_record` is the number of samples after the record.
+    The result covers the record and `samples_after_record` samples after it.
     """
     rows = motion.sample_count + samples_after_record
     path = np.zeros((rows, 2 + 6 * plan.scene_arrays.piece_vertex_counts.size))

@@ -139,9 +139,10 @@ def test_vertices_that_cannot_touch_the_ground_are_removed_from_a_body() -> None
 
 
 def given_coordinates_of_first_body_vertex(stone: RigidSolid, whole: np.ndarray) -> np.ndarray:
-    """Return a body's first vertex in the coordinates it was given in, found by the shape of the base.
+    """Return, as given, the vertex that is the first contact point of a body's base.
 
-    `whole` are the given vertices, shape (n, 3).
+    It is found among the given vertices `whole`, shape (n, 3), by the horizontal distances of the base's vertices from
+    it.
     """
     lowest = whole[whole[:, 2] < whole[:, 2].min() + 1e-9]
     differences = (
@@ -308,7 +309,7 @@ def test_the_spring_eigenvalue_of_a_size_is_computed_once_for_all_records() -> N
 
 
 def slab_with_bevelled_rim(bottom: float, middle: float, top: float, height: float) -> Polyhedron:
-    """Return a square slab of three half widths, m, that can lie on its base and its top, but on no side."""
+    """Return a square slab by its half widths at bottom, middle and top, m; it can rest on no side."""
     rings = ((bottom, 0.0), (middle, height / 2), (top, height))
     corners = ((1, 1), (-1, 1), (-1, -1), (1, -1))
     return Polyhedron(np.array([[x * half, y * half, z] for half, z in rings for x, y in corners]))

@@ -151,7 +151,8 @@ def vertex_arms_inertia_and_lean_direction(
 ) -> tuple[np.ndarray, float, float]:
     """Return the arms of a base's vertices along the lean (m), inertia per mass (m²), and direction of the lean (rad).
 
-    The body is a regular prism with apothem half·ratio and height 2·half, or a cylinder, whose rim has 720 vertices.
+    The body is a regular prism with apothem `half` · `ratio` and height 2 `half`, or a cylinder, whose rim has 720
+    vertices. It leans over a vertex of the base if `over` is "vertex", otherwise over an edge.
     """
     apothem, rim = half * ratio, body == "circle"
     n = 720 if rim else int(body)
@@ -181,7 +182,7 @@ def simulated_landing_velocity_ratio(
 ) -> float:
     """Return the simulated ratio of the angular velocities after and before a flat landing.
 
-    The body is released at 0.45 α; the share follows from the height to which it rises over the other end.
+    The body is released at a tilt of 0.45 α; the ratio follows from the height to which it rises on the opposite side.
     """
     x, _, turn = vertex_arms_inertia_and_lean_direction(body, over, ratio, half)
     a = x.max()
@@ -358,7 +359,7 @@ def test_a_moving_body_dropped_flat_stays_flat_if_friction_is_below_b_over_h(
 def test_whether_a_sliding_body_tips_as_it_lands_flat_depends_on_direction(
     shape: str | int, b_over_h: float, friction: float, along: float, down: float, angle: float, tips: bool
 ) -> None:
-    """The body stays flat if the resultant, which leads the centre by µ h, passes through the base (LCP solver)."""
+    """The body stays flat if the impact's resultant, µ h ahead of the centre, acts within the base (LCP solver)."""
     found = outcome_of_moving_prism_dropped_flat(b_over_h, friction, along, down, 3.0, shape, angle)
     assert found.status.item() == CaseStatus.SIMULATED
     assert found.overturned.item() == tips

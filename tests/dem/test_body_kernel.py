@@ -282,7 +282,7 @@ def reference_stopping_displacement_of_sliding_plate(
     """
 
     def sliding_plate_state_derivative(_: float, state: np.ndarray) -> np.ndarray:
-        """Return the time derivative of place, rotation and their velocities."""
+        """Return the time derivative of the plate's state: position, rotation, velocity and angular velocity."""
         cosine, sine = np.cos(state[2]), np.sin(state[2])
         arms = corners @ np.array([[cosine, sine], [-sine, cosine]])
         along = state[3:5] + state[5] * np.column_stack([-arms[:, 1], arms[:, 0]])

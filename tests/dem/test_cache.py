@@ -31,7 +31,7 @@ def test_a_damaged_cache_file_is_a_cache_miss(
     gc.freeze()  # what earlier tests have left need not be searched each time for the function compiled last
 
     def compile_and_count_cache_hits_and_misses() -> tuple[int, int]:
-        """Compile like a fresh process; return the numbers of cache hits and misses."""
+        """Compile and call a small kernel like a new process; return the numbers of cache hits and misses."""
         gc.collect()  # Numba would find the data of the previous function in memory
         caplog.clear()
         module = runpy.run_path(str(tmp_path / "tiny.py"), run_name="tiny")

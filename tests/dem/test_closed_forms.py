@@ -35,7 +35,10 @@ NO_ACCELERATION = np.zeros(400)
 
 
 def motion_with_linear_ramp_of_north_acceleration(height: float, seconds: float, upward: float = 0.0) -> Motion:
-    """Return a north acceleration that rises linearly to `height` (m/s²), after 1 s in which `upward` is reached."""
+    """Return a motion whose north acceleration, 0 for 1 s, rises linearly to `height` (m/s²) within `seconds`.
+
+    In the first second the upward acceleration rises to `upward` (m/s²), where it stays.
+    """
     t = np.arange(int((seconds + 1.0) / 0.005) + 1) * 0.005
     up = upward * np.minimum(t, 1.0)
     north = height * np.clip((t - 1.0) / seconds, 0.0, 1.0)

@@ -53,7 +53,7 @@ CaseSimulator = Callable[..., SimulatedCaseOutcomes]
 def planar_simulator_of_rotated_and_scaled_cases(height: float, **options: Any) -> CaseSimulator:
     """Return a function that simulates cases of a block or scene whose reference element has a height (m).
 
-    With `leave_out` a scene case may end before its record after a fall; the peaks of standing elements are then NaN.
+    Unless `leave_out` is False, a scene case may end at a fall, before its record; its peak rotations are then NaN.
     """
     grid = {"b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8], **options}
     to_the_end = "model" not in grid or not grid.get("leave_out", True)

@@ -248,7 +248,7 @@ def test_only_the_travel_of_a_corner_that_touches_or_lifts_off_rejects_a_step() 
 
 @pytest.mark.parametrize("pace", [BLOCK_STEP_CONTROL, SCENE_STEP_CONTROL, BODY_STEP_CONTROL])
 def test_sliding_correction_repeats_restart_at_each_step(pace: StepLimitsCommonToAllCases) -> None:
-    """Each try assumes that other contact points slide; tries of earlier steps do not count."""
+    """A step is repeated with other contact points assumed to slide; repetitions of earlier steps do not count."""
     case_step_control, length = step_control_of_case(pace), 0.5 * pace.ticks_per_whole_step
     attempt, tries, lengths = NextStepToAttempt(length, 8.0, 0.0), [], []
     most = int(pace.max_repetitions_with_corrected_sliding)

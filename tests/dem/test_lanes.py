@@ -69,12 +69,12 @@ READER_AND_WRITER_WITHOUT_SPRING_FIELD = compile_tuple_reader_and_writer_for_pyt
 
 
 def state_array_filled_with_indices() -> np.ndarray:
-    """Return the state array of all lanes (cases in parallel) in which each number is its own index."""
+    """Return a state array of all lanes (cases in parallel) in which each value is the index of its place."""
     return np.arange(float(TUPLE_ROW_LAYOUT.array_length))
 
 
 def test_an_unused_field_that_no_tuple_of_the_layout_has_is_refused() -> None:
-    """A field renamed in its tuple only would be loaded and stored again, at the cost of run time."""
+    """A name that no tuple has is refused, as a renamed field would be loaded and stored needlessly and unnoticed."""
     with pytest.raises(KeyError, match="springs"):
         TUPLE_ROW_LAYOUT.tuple_reader_and_writer(NestedContactPairTuple, unused_fields=["spring", "springs"])
     TUPLE_ROW_LAYOUT.tuple_reader_and_writer(MassTuple, unused_fields=["spring"])  # a field of the other tuple only

@@ -52,7 +52,7 @@ def read_near_fault_motion(number: int, pulse: bool) -> Motion:
 def test_skipping_quiet_cases_and_quiet_starts_and_ends_changes_no_overturning_flag(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whole cases at rest are skipped, and the quiet beginning and end of others; skipping within a case is off."""
+    """Cases at rest and quiet starts and ends of records are skipped; the skipping of quiet times between is off."""
     monkeypatch.setattr(block_plan, "largest_acceleration_without_motion_g", lambda lifts, *_: 0.0 * lifts)
     motion = read_near_fault_motion(number, pulse)
     short = simulate_as_arrays(motion, **BLOCK_GRID_WITH_TWO_THREADS)
@@ -83,7 +83,7 @@ def test_skipping_times_at_rest_changes_no_more_falls_than_a_1e_9_amplitude_chan
 
 @pytest.mark.long
 def test_skipping_times_at_rest_of_stacks_changes_falls_like_a_1e_9_amplitude_change() -> None:
-    """Only the outcomes of sensitive cases change, so that their number scatters by the square root of its mean."""
+    """Skipping changes no more flags than amplitude changes of 1e-9 do: at most mean + 2 √mean of their numbers."""
     skipped, disturbed = 0, np.zeros(4, int)
     stacks: dict[str, Any] = {
         "model": Stack(load_shipped_scene("three-tier")), "orientation_deg": np.arange(0.0, 90.0, 15.0),

@@ -21,7 +21,7 @@ FloatArray = np.ndarray
 def _momenta_and_energy_of_collision_in_flight(
     friction: float, damping: float, seed: int, time_step: str = "auto"
 ) -> tuple[PolygonSimulationPlan, FloatArray, FloatArray]:
-    """Simulate two polygons that collide in flight, nearly without gravity; return plan, momenta and kinetic energy."""
+    """Simulate two polygons that collide in flight; return plan, momenta (x, z, angular) and kinetic energy."""
     law = {"between": ["stone", "stone"], "friction": friction, "stiffness": 2e7, "damping": damping}
     free = {"fallen_rotation_deg": 180}
     pebble = {

@@ -27,7 +27,7 @@ VELOCITY_CORRECTION_X_ROW_OFFSET = rows.ELEMENT_ROW_LAYOUT.row_offset_of_field(
 def count_nonzero_submatrices_and_solve_by_both_solvers(
     size: int, links: list[tuple[int, int]], seed: int
 ) -> tuple[int, np.ndarray, np.ndarray]:
-    """Return the number of nonzero submatrices after elimination, the kernel's solution, and the dense solution."""
+    """Return the number of nonzero submatrices, the kernel's and a dense solver's solution of random equations."""
     rng = np.random.default_rng(seed)
     blocks = np.zeros((size, size, 3, 3))
     for i, k in [*links, *((k, i) for i, k in links)]:

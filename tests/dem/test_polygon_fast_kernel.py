@@ -62,7 +62,7 @@ def test_scene_and_block_kernels_give_the_same_flags_and_peaks(number: int) -> N
 
 
 def test_scene_and_block_kernels_give_the_same_motion_until_the_second_impact() -> None:
-    """250 cases agree to 1e-9 m and rad until the second change of sign, or the critical angle of a fall."""
+    """250 cases agree to 1e-9 m and rad until the second impact or, in a fall, the critical angle."""
     whole, cases = _amplified_strong_part_of_record(7), _cases_of_varied_blocks_and_azimuths(17)
     upto = round(6.5 / whole.sampling_interval)  # all second impacts occur before 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)

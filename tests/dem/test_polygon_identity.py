@@ -79,9 +79,9 @@ def test_outcomes_of_asymmetric_scenes_are_not_mirrored() -> None:
 
 
 def test_skipping_times_at_rest_changes_no_overturning_flag_of_a_scene() -> None:
-    """Motions with quiet start and end, below and above the thresholds; only times without movement are skipped.
+    """Motions start and end quietly, with peaks below and above the rest threshold; only times at rest are skipped.
 
-    Towards the other quadrants the motion and the scene are mirrored.
+    Azimuths of one quadrant are enough: towards the others the motion and the scene are mirrored.
     """
     made, azimuths = load_shipped_scene("three-tier"), np.arange(0.0, 91.0, 15.0)
     time = np.arange(0, 12, 0.01)

@@ -157,7 +157,7 @@ def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:
 
 
 def test_a_corner_shared_by_two_pieces_of_a_stone_touches_the_ground_once() -> None:
-    """A notch of 1e-7 m in the top divides a stone into two pieces that share a lower corner."""
+    """A notch of 1e-7 m in the top divides a stone into two pieces with a common lower corner; outcomes are equal."""
     motion, azimuths = near_field_motion_and_fault_component_azimuths(7)[0], np.arange(0, 360, 45.0)
     corners = [[-0.12, 0], [0.12, 0], [0.13, 0.6], [-0.12, 0.6]]
     notched = [*corners[:3], [0.02, 0.6 - 1e-7], corners[3]]

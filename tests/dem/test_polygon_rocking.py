@@ -30,7 +30,7 @@ def rotate_clockwise(angle: float, arm: FloatArray) -> FloatArray:
 
 
 def lever_arms_of_stack_rocking_at_right_corner(side: int) -> tuple[FloatArray, ...]:
-    """Return three lever arms: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
+    """Return arms of a stack: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
     corner = 0.5 * side * UPPER_BLOCK_WIDTH_AND_HEIGHT[0]
     foot = -0.5 * LOWER_BLOCK_WIDTH_AND_HEIGHT[0]
     return (
@@ -41,7 +41,7 @@ def lever_arms_of_stack_rocking_at_right_corner(side: int) -> tuple[FloatArray, 
 
 
 def centres_of_blocks(side: int, angles: FloatArray) -> FloatArray:
-    """Return the centres (x, z) of both blocks at given rotations, rad, m."""
+    """Return the centres (x, z), m, of the lower and the upper block at their rotations `angles`, rad."""
     to_lower, to_corner, to_upper = lever_arms_of_stack_rocking_at_right_corner(side)
     foot = np.array([0.5 * LOWER_BLOCK_WIDTH_AND_HEIGHT[0], 0.0])
     upper = foot + rotate_clockwise(angles[0], to_corner) + rotate_clockwise(angles[1], to_upper)
@@ -51,7 +51,7 @@ def centres_of_blocks(side: int, angles: FloatArray) -> FloatArray:
 def rotations_of_rigid_stack_until_impact(
     side: int, angles: tuple[float, float], base: Callable[[float], float], duration: float
 ) -> FloatArray:
-    """Return both rotations until the first impact, from d'Alembert's principle, shape (samples, 2), rad."""
+    """Return the rotations, rad, of two stacked rigid blocks until the first impact, shape (samples, 2)."""
     to_lower, to_corner, to_upper = lever_arms_of_stack_rocking_at_right_corner(side)
     (m, n), (i, j) = (
         (LOWER_BLOCK_WIDTH_AND_HEIGHT.prod(), UPPER_BLOCK_WIDTH_AND_HEIGHT.prod()),
@@ -59,7 +59,7 @@ def rotations_of_rigid_stack_until_impact(
     )
 
     def sliding_plate_state_derivative(time: float, state: FloatArray) -> FloatArray:
-        """Return the time derivative of both rotations and their velocities."""
+        """Return the time derivative of the rotations of two stacked blocks and of their angular velocities."""
         (lower, upper), (v, w) = state[:2], state[2:]
         a, b, c = (rotate_clockwise(angle + 0.5 * np.pi, arm) for angle, arm in
                    ((lower, to_lower), (lower, to_corner), (upper, to_upper)))  # fmt: skip
@@ -95,7 +95,7 @@ def rotations_of_rigid_stack_until_impact(
 def test_a_stack_released_on_its_corners_rocks_like_two_rigid_bodies(
     side: int, angles: tuple[float, float], amplitude: float
 ) -> None:
-    """Compared until the first impact; the static penetration is 1e-7 B."""
+    """The kernel agrees with two rigid bodies to 1e-5 m and rad until the first impact."""
     time = np.arange(100) * 0.005
     motion = motion_towards_north(amplitude * np.sin(6 * time), 0.005)
     wanted = rotations_of_rigid_stack_until_impact(
@@ -140,7 +140,7 @@ def count_changes_of_rocking_corner(angle: FloatArray) -> int:
 def test_a_shaken_stack_agrees_with_an_independent_integration(
     lower: tuple[float, float], upper: tuple[float, float], amplitude: float, rate: float, friction: float
 ) -> None:
-    """Two sine cycles, compared with the same contact law in the explicit steps of `scalar_stack`."""
+    """Under two sine cycles the kernel agrees with the same contact law in the explicit steps of `scalar_stack`."""
     time = np.arange(200) * 0.01
     motion = motion_towards_north(np.where(time < 4 * np.pi / rate, amplitude * np.sin(rate * time), 0.0))
     made = scene_of_elements(block_element("lower", *lower), block_element("upper", *upper, "lower"))

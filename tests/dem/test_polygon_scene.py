@@ -98,10 +98,10 @@ def test_height_scales_all_lengths_and_b_over_h_only_the_reference_element() -> 
 
 @pytest.mark.parametrize("plan", ["circle", 8])
 def test_the_mass_of_a_prism_follows_the_width_given_by_b_over_h(plan: str | int) -> None:
-    """A shaft drawn 0.3 m wide equals one drawn 0.12 m wide that gets its width from B/H, in 2-D and in 3-D."""
+    """A shaft 0.3 m wide has the mass of one drawn 0.12 m wide that B/H = 0.5 makes 0.3 m wide, in 2-D and 3-D."""
 
     def scene_of_shaft_on_foot(width: float) -> Scene:
-        """Return a shaft of a width, m, on a foot."""
+        """Return a scene of a shaft, `width` m wide, on a foot."""
         foot = {"name": "foot", "plan": plan, "width": 0.3, "height": 0.9, "stands_on": "ground"}
         shaft = {"name": "shaft", "plan": plan, "width": width, "height": 0.6, "stands_on": "foot"}
         return scene_of_elements(foot, shaft, reference="shaft")
@@ -118,7 +118,7 @@ def test_the_mass_of_a_prism_follows_the_width_given_by_b_over_h(plan: str | int
 
 @pytest.mark.parametrize("gap", [1.59, 1.61, 2.0])
 def test_a_wall_fixed_in_space_stops_a_stone_carried_towards_it(gap: float) -> None:
-    """The ground moves 4 m below a wall that is fixed in space: the wall stops the stone, and the ground slides on."""
+    """The ground moves by 4 m below a wall fixed in space; the wall stops the stone, and the ground slides on below."""
     t = np.arange(0, 30, 0.01)
     motion = motion_towards_north(0.25 * np.sin(0.4 * np.pi * (t - 1)) * ((t >= 1) & (t < 21)))
     wall = {"name": "wall", "kind": "held", "width": 0.5, "height": 1.5, "at": [0.3 + gap, 0]}
@@ -151,7 +151,7 @@ def test_a_contact_that_carries_hardly_any_weight_still_gets_stiff_springs() -> 
 def test_a_block_beyond_the_assumptions_of_the_block_kernel_is_simulated_as_a_scene(
     ground: dict[str, Any], stone: dict[str, Any], keys: dict[str, Any]
 ) -> None:
-    """The ground ends 3.1 m from its middle; a block lies 10 m beside it; the ground is 1 m deep, the block 4 m."""
+    """Ground that ends 3.1 m from its middle, a block 10 m off the origin, and a depth of 4 m on ground 1 m deep."""
     assert scene_of_elements(GROUND, block_element("stone", 0.2, 0.8)).can_use_single_block_kernel
     assert not scene_of_elements(
         {**GROUND, **ground}, {**block_element("stone", 0.2, 0.8), **stone}, **keys
@@ -176,7 +176,7 @@ def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
     tip = scale_and_place_elements(scene_of_elements(GROUND, ridge | {"at": [0, 0]}))[1].vertices_in_scene[:, 0].max()
 
     def block_beside_ridge(gap: float) -> Scene:
-        """Return the ridge with a block at a distance `gap`, m."""
+        """Return a scene of the ridge and a block, `gap` m from the tip of the ridge; negative if they overlap."""
         return scene_of_elements(
             GROUND, ridge | {"at": [0, 0]}, block_element("block", 0.4, 0.6, x=float(tip + gap + 0.2))
         )

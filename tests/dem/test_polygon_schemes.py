@@ -45,7 +45,7 @@ def test_both_schemes_converge_to_one_motion() -> None:
     cases = Cases(0.0, height, [0.335, 0.34, 0.345, 0.35, 0.36], 1.0)
 
     def peak_rotations_of_shaft(time_step: str, scheme: str = "centred") -> FloatArray:
-        """Return the peak rotations over α of the shaft, which stands in all cases."""
+        """Return the peak rotation of the shaft over its critical angle α in each case; all stones must stand."""
         found = simulate_cases(made, motion, cases, NumericalOptions(scheme=scheme, time_step=time_step))
         assert (found.overturned == 0).all()
         return found.peak_rotation[:, 2].astype(np.float64)

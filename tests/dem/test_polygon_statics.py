@@ -296,7 +296,7 @@ def leaning_shaft(lean: float, *more: dict[str, object]) -> Scene:
 
 @pytest.mark.parametrize("lean_deg", [0.0, np.degrees(1e-9), np.degrees(1e-6), 0.001, 0.09, -0.09])
 def test_a_shaft_leaning_less_than_a_tenth_of_a_degree_has_a_critical_angle(lean_deg: float) -> None:
-    """α = arm over height of the centre, minus the lean; the peak rotation is a share of it, as for an upright one."""
+    """α = atan(b/h) of the centre, minus the lean; the peak rotation is a share of this α, as in an upright shaft."""
     made = leaning_shaft(np.radians(lean_deg))
     prepared = prepare_scene(made)
     expected = np.arctan(1.0 / 3.0) - abs(np.radians(lean_deg))

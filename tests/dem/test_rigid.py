@@ -22,10 +22,11 @@ G = STANDARD_GRAVITY
 
 
 def closed_form_peak_rotation_under_half_sine(strength: float, frequency_ratio: float) -> float:
-    """Return the largest θ/α of a slender block under a half sine with ω = ratio · p; inf if it overturns.
+    """Return the largest θ/α of a slender block under a half sine, from its closed form; inf if it overturns.
 
-    The amplitude is `strength` times the rocking threshold. Closed form of θ̈ = p² (θ − α + a/g) from lift-off,
-    free motion after the pulse (Housner 1963, section 4); NaN if the block turns back during the pulse.
+    The half sine has ω = `frequency_ratio` · p and `strength` times the rocking threshold as amplitude. Solution of
+    θ̈ = p² (θ − α + a/g) from lift-off, free motion after the pulse (Housner 1963, section 4); NaN if the block
+    turns back during the pulse.
     """
     lift_off = math.asin(1.0 / strength)
     share, end = 1.0 / (1.0 + frequency_ratio**2), (math.pi - lift_off) / frequency_ratio  # time in 1/p
@@ -54,7 +55,7 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
 
 
 def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float]:
-    """Return the side and the largest |θ|/α of a block rocking along north, by SciPy's DOP853 between events."""
+    """Return the fall side (±1, 0: none) and largest |θ|/α of a block rocking along north, by SciPy's DOP853."""
     alpha, square = math.atan(b_over_h), rocking_frequency_parameter(height, b_over_h) ** 2
     time = np.arange(motion.sample_count + 3) * motion.sampling_interval
     waves = [np.append(wave, np.zeros(3)) / G for wave in (motion.north, motion.up)]
@@ -71,7 +72,7 @@ def fall_side_and_peak_rotation_by_scipy(motion: Motion, height: float, b_over_h
             side = -1 if np.interp(now, time, waves[0]) > 0 else 1
 
         def sliding_plate_state_derivative(t: float, y: np.ndarray, side: int = side) -> list[float]:
-            """Return the time derivative of rotation and angular velocity."""
+            """Return the time derivatives of a rocking block's rotation and angular velocity."""
             return [
                 y[1],
                 -square * normalised_restoring_moment(t, alpha * side - y[0], *waves, motion.sampling_interval),
@@ -144,7 +145,7 @@ def test_a_block_released_from_a_tilt_never_exceeds_it() -> None:
 def block_fall_side_and_peak_rotation_by_small_steps(
     along: np.ndarray, interval: float, height: float, b_over_h: float
 ) -> tuple[int, float]:
-    """Return the side and the largest |θ|/α by Runge–Kutta in short steps, with bisection at each impact."""
+    """Return the fall side and largest |θ|/α of a block by short Runge–Kutta steps, with bisection at impacts."""
     alpha, square = math.atan(b_over_h), rocking_frequency_parameter(height, b_over_h) ** 2
     wave = np.append(along, 0.0) / G
     return fall_side_and_peak_rotation(
@@ -160,7 +161,7 @@ def block_fall_side_and_peak_rotation_by_small_steps(
 def test_a_block_that_changes_motion_twice_within_a_sample_agrees_with_small_steps(
     start: list[float], interval: float, height: float, b_over_h: float
 ) -> None:
-    """The first three blocks lift off and land within one sampling interval, the others turn back twice within one."""
+    """The first three blocks lift off and land within one sampling interval; the others turn back twice in one."""
     along = np.append(start, np.zeros(round(0.4 / interval))) * b_over_h * G
     motion = Motion(along, 0 * along, sampling_interval=interval, trust_data=True)
     found = simulate_rigid_rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
@@ -171,7 +172,7 @@ def test_a_block_that_changes_motion_twice_within_a_sample_agrees_with_small_ste
 
 @cache
 def fall_sides_and_peaks_under_resampled_noise(refinement_factor: int) -> list[np.ndarray]:
-    """Return sides and peaks, shape (2, 3 amplitudes, 40 blocks), for 9 noise records sampled `parts` times finer."""
+    """Return fall sides and peaks, shape (2, 3 amplitudes, 40 blocks), of 9 noise records sampled more finely."""
     generator, answers = np.random.default_rng(5), []
     for interval in (0.005, 0.01, 0.02):
         for strength in (3.0, 6.0, 12.0):

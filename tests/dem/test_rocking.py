@@ -28,9 +28,10 @@ def sine_cycle(period: float) -> np.ndarray:
 def outcomes_housner_sides_and_robustness_mask(
     waveform: np.ndarray, axes: tuple[object, ...], friction: float, relative_amplitude_change: float
 ) -> tuple[CaseResults, np.ndarray, np.ndarray]:
-    """Return results by height, B/H and amplitude over g·B/H, Housner's fall sides, and a mask of robust cases.
+    """Return the kernel's results, Housner's fall sides, and a mask of robust cases.
 
-    A case is robust if Housner's side does not change when the amplitude changes by ± `relative_amplitude_change`.
+    `axes` are heights, B/H, and amplitudes over g·B/H; the cases are all their combinations. A case is robust if
+    Housner's side does not change when the amplitude changes by ± `relative_amplitude_change`.
     """
     height, ratio, share = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     motion, amplitude = Motion(waveform, 0 * waveform, sampling_interval=INTERVAL), share * ratio * STANDARD_GRAVITY

@@ -30,7 +30,7 @@ REPOSITORY = Path(__file__).parents[2]
 
 
 def assert_bit_equal(left: object, right: object, rows: np.ndarray | None = None) -> None:
-    """Assert that two results have the same bits; `rows` selects cases of the first."""
+    """Assert that two results have the same bits; `rows` selects cases of `left`."""
     for name in COMPARED_RESULTS:
         a, b = getattr(left, name), getattr(right, name)
         np.testing.assert_array_equal(a if rows is None else a[rows], b, err_msg=name)
@@ -117,7 +117,7 @@ ENVIRONMENT_AND_THREADS_BY_PROCESSOR = {
 
 @pytest.fixture(scope="module")
 def folder_of_motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Provide a folder with the motion that each target processor simulates."""
+    """Provide a folder with two motions, .npz and .nc, that are simulated for each target processor."""
     folder = tmp_path_factory.mktemp("bits")
     motion, _, _ = near_field_motion_and_fault_component_azimuths(10)
     part = slice(100, 500)
@@ -130,7 +130,7 @@ def folder_of_motions(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def outcome_hashes_for_target_processor(folder_of_motions: Path, target: str) -> str:
-    """Return the output of `tests.dem.bits`, run in a process for one target processor."""
+    """Return the hashes that `tests.dem.bits` prints in a process with the settings of a target processor."""
     variables, threads = ENVIRONMENT_AND_THREADS_BY_PROCESSOR[target]
     inputs = [str(folder_of_motions / "motion.npz"), str(folder_of_motions / "motion.nc")]
     command = [sys.executable, "-m", "tests.dem.bits", *inputs, str(threads), str(folder_of_motions / target / "cube")]

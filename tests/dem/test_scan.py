@@ -19,9 +19,10 @@ def motion_rising_to_constant_acceleration(acceleration: float) -> Motion:
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_statue_falls_over_the_edge_of_its_footprint_from_the_true_centre(side: int) -> None:
-    """Threshold g b/h: b from the foot edge (not that of the slab) to the centre of the volume (not of the hull).
+    """The threshold is g b/h: b from the edge of the foot (not of the slab) to the mass centre, h above the base.
 
-    The base is pushed away from the side over which the statue falls.
+    The mass centre is that of the volume, not of the convex hull. The base is pushed away from the side over which the
+    statue falls.
     """
     _, centre, _ = mass_properties_of_solid_from_its_boxes("statue")
     stone = stone_in_nearest_stable_pose_from_surface(column_with_overhanging_slab(), [], "statue").shape
@@ -41,7 +42,7 @@ def test_a_statue_falls_over_the_edge_of_its_footprint_from_the_true_centre(side
 
 
 def test_the_height_limit_of_bearing_points_decides_whether_a_scan_falls() -> None:
-    """With a relief of 1 mm the stone bears on its lowest points only, and falls; with 10 mm on a wider base."""
+    """At a limit of 1 mm the stone bears on its lowest points only and falls; at 10 mm on more, and stands."""
     points = np.array(
         [[x, y, z] for a, z in ((0.05, 0.0), (0.07, 0.008), (0.07, 0.8)) for x in (-a, a) for y in (-a, a)]
     )

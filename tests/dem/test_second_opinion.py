@@ -36,7 +36,7 @@ def cases_from_azimuth_height_ratio_friction(cells: list[Any]) -> Cases:
 def side_agreement_and_peak_differences(
     found: CaseResults, plain: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a mask of equal sides, and the differences of peak rotation and slip of cases that stand in both."""
+    """Return a mask of equal fall sides, and the differences of peak rotation and of slip where both results stand."""
     same = found.overturned == plain[:, 0]
     stands = same & (found.overturned == 0)
     rotation, slip = np.abs(found.peak_rotation - plain[:, 1]), np.abs(found.peak_slip - plain[:, 2])

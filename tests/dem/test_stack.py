@@ -78,7 +78,7 @@ def acceleration_components_with_plateau(level: float, angle: float) -> np.ndarr
 
 
 def simulate_stack_orientations(scene: Scene, motion: Motion, angles: ArrayLike, amplitudes: ArrayLike) -> CaseResults:
-    """Simulate a stack at some orientations (degrees), each with its own factor on the motion, at a friction of 3."""
+    """Simulate a stack at some orientations (degrees), each with its own amplitude factor, with friction 3."""
     return simulate_cases(
         Stack(scene), motion, Cases(angles, *reference_element_height_and_b_over_h(scene), 3.0, amplitudes)
     )

@@ -117,7 +117,7 @@ def test_an_overhanging_stone_tips_over_the_rim_only_above_the_static_limit() ->
 
 @pytest.mark.parametrize("ratio", [0.4, 1.0, 1.5])
 def test_a_size_at_which_the_stack_cannot_stand_is_refused(ratio: float) -> None:
-    """The base is the reference: at B/H = 1.5 it is 0.3 m wide, and the shaft's centre 0.2 m from its middle."""
+    """The base is the reference: at B/H = 1.5 it is 0.3 m wide, but the shaft's centre is 0.2 m from its middle."""
     scene = shaft_off_centre(0.2).model_copy(update={"reference": "base"})
     quiet = Motion(np.zeros(20), np.zeros(20), sampling_interval=INTERVAL, trust_data=True)
     with pytest.raises(ArgumentError, match="centre of mass outside it"):

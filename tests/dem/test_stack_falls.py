@@ -62,7 +62,7 @@ def test_a_stone_that_slid_off_keeps_this_outcome_if_its_support_falls_later() -
 
 @pytest.mark.parametrize(("offset", "peak"), [(0.0, 12.0), (-0.1, 6.0)])
 def test_a_thin_stone_on_a_rocking_stone_that_comes_back_has_not_fallen(offset: float, peak: float) -> None:
-    """Its centre sinks by far more than a tenth of its height while the stone below leans; it stays in full contact."""
+    """The cap sinks by far more than a tenth of its height as the pillar leans, but stays in full contact with it."""
     time = np.arange(0.0, 6.0, 0.01)
     rough = [{"between": ("stone", "stone"), "friction": 3.0}]
     scene = stack_of_stones(
@@ -94,7 +94,7 @@ def test_a_stone_that_slides_off_a_stone_that_leans_has_fallen() -> None:
 
 
 def test_a_fallen_stone_flies_relative_to_the_base_that_accelerates() -> None:
-    """Constant acceleration of the base: the position is that of a throw with the acceleration −a − g."""
+    """At a constant acceleration a of the base, a fallen stone moves as in a throw with the acceleration −a − g."""
     time = np.arange(0.0, 4.0, 0.01)
     push = np.interp(time, [0.0, 1.0, 3.5, 4.0], [0.0, 6.0, 6.0, 0.0])
     lift = np.interp(time, [0.0, 1.0, 3.5, 4.0], [0.0, -3.0, -3.0, 0.0])
@@ -124,7 +124,7 @@ CUBE_SIZE: dict[str, Any] = {"width": 0.5, "depth": 0.5, "height": 0.5}
 def test_a_stone_is_upright_until_its_centre_passes_the_edge_that_it_tips_over(
     below: dict[str, Any], stone: dict[str, Any], rim: float, peak: float
 ) -> None:
-    """The edge is `rim` from the centre, 0.25 m below it; the time is that of the path and of the 2-D scene."""
+    """A stone falls when its tilt passes atan(`rim`/0.25 m), by its trajectory and in the 2-D scene."""
     time = np.arange(0.0, 4.0, 0.005)
     wave = np.where(time < 0.8, -peak * np.sin(2.0 * np.pi * time / 0.8), 0.0)
     motion = Motion(wave, 0.0 * wave, sampling_interval=0.005)
@@ -141,7 +141,7 @@ def test_a_stone_is_upright_until_its_centre_passes_the_edge_that_it_tips_over(
 
 
 def test_the_critical_angle_of_a_slab_held_down_by_a_stone_is_that_of_both() -> None:
-    """The slab's own centre is 0.05 m beyond the rim; that of slab and stone is 0.16 m from it and 0.23 m above it."""
+    """The slab's centre is 0.05 m beyond the rim; that of both stones is 0.16 m inside the rim and 0.23 m above it."""
     stones = Stack(stack_of_stones(
         CUBE_SIZE, {"width": 1.0, "depth": 0.5, "height": 0.1, "at": (0.3, 0.0)},
         {"width": 0.3, "depth": 0.5, "height": 0.5, "at": (-0.35, 0.0)},
@@ -188,7 +188,7 @@ def test_a_contact_face_with_a_gap_is_refused_in_a_stack(stones: tuple[dict[str,
 
 
 def shouldered_stone(height: float, depth: float = 0.6) -> dict[str, Any]:
-    """Return a stone 0.6 m wide on a base 0.2 m wide, with slopes to its shoulders at a height, m."""
+    """Return a stone 0.6 m wide whose base is 0.2 m wide; its sides slope up to full width at `height`, m."""
     slopes = [[-0.1, 0.0], [0.1, 0.0], [0.3, height], [0.3, 1.0], [-0.3, 1.0], [-0.3, height]]
     return {"vertices": slopes, "depth": depth}
 
@@ -237,7 +237,7 @@ def test_a_stone_whose_outline_touches_its_support_before_it_tips_is_refused(
 
 
 def stack_of_plates_below_overhanging_cube(*plates: dict[str, Any], at: float = 0.0) -> Scene:
-    """Return a stack of plates, lowest first, below a cube of 0.6 m, shifted by ``at`` (m), that overhangs them."""
+    """Return a stack of plates, lowest first, and a cube of 0.6 m that overhangs them, shifted by ``at``, m."""
     return stack_of_stones(*plates, {"width": 0.6, "depth": 0.6, "height": 0.6, "at": (at, 0.0)})
 
 
@@ -280,7 +280,7 @@ DIAGONAL_OVERHANG = np.hypot(0.1, 0.1)
 def test_a_warning_names_a_face_that_an_overhanging_stone_meets_before_it_tips(
     plates: list[dict[str, Any]], at: float, met: str | None, tilt_deg: float | None
 ) -> None:
-    """A point that overhangs by a meets a face at the depth h below the contact at the tilt asin(h/a)."""
+    """A point that overhangs by a meets a face at a depth h below the contact when the stone tilts by asin(h/a)."""
     touches = unsimulated_overhang_contact_warnings(
         stack_stones(stack_of_plates_below_overhanging_cube(*plates, at=at))
     )
@@ -309,7 +309,7 @@ def test_an_outline_meeting_the_face_below_is_refused_even_if_ground_is_met_firs
 
 @pytest.mark.parametrize(("height", "is_met"), [(0.03, True), (0.1, False)])
 def test_the_overhang_of_a_cylinder_is_that_of_its_radius(height: float, is_met: bool) -> None:
-    """A cylinder of 0.3 m radius on a plate of 0.2 m radius balances at 33.7°, where its rim is 0.055 m lower."""
+    """A cylinder of 0.3 m radius on a plate of 0.2 m radius tips at 33.7°; its rim is then 0.055 m lower."""
     round_cube = {"width": 0.6, "height": 0.6, "plan": "circle"}
     scene = stack_of_stones({"width": 0.4, "height": height, "plan": "circle"}, round_cube)
     assert reasons_scene_is_no_stack(scene) == []
@@ -330,7 +330,7 @@ def test_a_shouldered_stone_is_refused_only_in_a_stack() -> None:
 
 
 def test_a_stack_is_refused_at_a_b_over_h_at_which_a_shoulder_would_touch() -> None:
-    """Twice as wide, the stone tips at twice the angle (nearly) and its shoulders touch at half of it."""
+    """At twice the width the stone tips at nearly twice the angle, but its shoulders touch at about half the angle."""
     scene = stack_of_stones(shouldered_stone(0.06, depth=0.1))
     quiet = motion_towards_north(np.zeros(20))
     assert simulate(quiet, scene, orientation_deg=0.0, b_over_h=[0.6]).overturned.item() == 0.0
@@ -373,7 +373,7 @@ def test_stones_made_of_pieces_like_a_cup_or_a_tee_are_accepted_in_a_stack() -> 
 
 
 def test_the_required_ground_width_follows_the_longer_foot_of_an_l_stone() -> None:
-    """An L with its long foot to one side: its centre of mass is not in the middle of its width."""
+    """The stone is an L with its long foot to one side, so its mass centre is not in the middle of its width."""
     foot = [[-0.1, 0.0], [1.5, 0.0], [1.5, 0.2], [0.2, 0.2], [0.2, 1.2], [-0.1, 1.2]]
     for width, fits in ((12.5, False), (13.1, True)):
         elements: list[dict[str, Any]] = [

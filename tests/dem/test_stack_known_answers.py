@@ -42,7 +42,7 @@ def stone_sizes(scene: Scene) -> np.ndarray[Any, Any]:
 
 
 def horizontal_to_vertical_ratio_opening_joint(scene: Scene, joint: int, angle: float) -> float:
-    """Return the horizontal over the vertical acceleration at which a joint opens, along an angle, degrees.
+    """Return the ratio of horizontal to vertical acceleration at which a joint opens, along an angle, degrees.
 
     A joint is the contact of a stone with the one below; 0 is the lowest.
     """
@@ -103,7 +103,7 @@ def free_rocking_velocity_ratios(scene: Scene, mass: float, arm: float, critical
 
 
 def acceleration_histories_of_joint_opening_pulse(scene: Scene, stone: int) -> np.ndarray[Any, Any]:
-    """Return north and east accelerations of 6 s: half a sine of 0.5 s that lifts the stones above a joint."""
+    """Return north and east accelerations of 6 s: a half sine of 0.5 s to north that opens the joint below a stone."""
     t = np.arange(0.0, 6.0, INTERVAL)
     level = 1.6 * horizontal_to_vertical_ratio_opening_joint(scene, stone, 0.0) * GRAVITY
     return np.stack([np.where(t < 0.5, level * np.sin(2.0 * np.pi * t), 0.0), np.zeros(t.size)])
@@ -120,9 +120,10 @@ def test_a_shaft_on_a_broad_base_loses_the_velocity_that_housner_predicts(width:
 
 
 def test_two_stones_that_land_together_lose_velocity_like_one_stone() -> None:
-    """The ratio is (I + M (Z² − b²))/(I + M (Z² + b²)) of the compound (Spanos et al. 2001).
+    """The ratio of velocities at an impact is (I + M (Z² − b²))/(I + M (Z² + b²)) (Spanos et al. 2001).
 
-    The upper stone stays on the lower one if the impulse that stops its fall and turns it passes through their patch.
+    I, M and Z: inertia, mass and height of the centre of both stones together; b: half their width. The upper stone
+    stays on the lower one, as the impulse that stops its fall and turns it passes through their contact.
     """
     scene = stack_of_boxes((0.4, 0.4, 0.5), (0.4, 0.4, 0.5))
     (b, _, h), mass = stone_sizes(scene)[0], 1.0
@@ -190,7 +191,7 @@ SEEDS_OF_MOTIONS_WITH_CONVERGED_STATUE_TILTS = (1, 2, 9, 10, 20, 21)
 
 @cache
 def outcomes_of_statue_and_single_stone() -> list[CaseResults]:
-    """Return the outcomes of a statue on a pedestal, and of one stone of the same size, under some motions."""
+    """Return outcomes under some motions: of a statue on a pedestal, and of one stone of the size of both together."""
     motions, outcomes = (
         [
             motion_from_north_and_west_accelerations(8.0 * random_horizontal_accelerations(seed))

@@ -67,9 +67,9 @@ def test_mass_inertia_and_base_of_a_stacked_stone_are_those_of_its_prism(plan: P
 
 @pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_free_rocking_about_a_side_loses_the_velocity_that_housner_predicts(plan: PlanShape) -> None:
-    """1 − 2 b²/(I/m + b² + h²), b: distance of the side, h: height of the centre. With all corners it is 2 to 5 % more.
+    """The velocity ratio is 1 − 2 b²/(I/m + b² + h²) with b, distance of the side, and h, height of the centre.
 
-    Corners between the two sides that lie across wait in a landing.
+    In a landing, corners between the two opposite sides carry no force; if they did, the ratio would be 2 to 5 % more.
     """
     scene = stack_of_prisms((plan, 0.4, 1.2))
     (stone,) = Stack(scene).stones()
@@ -86,7 +86,7 @@ def test_free_rocking_about_a_side_loses_the_velocity_that_housner_predicts(plan
 
 
 def test_a_hexagonal_shaft_tips_over_its_nearest_side_at_the_static_threshold() -> None:
-    """The threshold is the least distance of a side, divided by its direction cosine, over the height of the centre."""
+    """The threshold is d/(h cos φ) g: d, distance of a side; h, height of the centre; φ, its normal to the motion."""
     scene, angles = stack_of_prisms(("rectangle", 0.6, 0.3), (6, 0.25, 0.75)), np.array([0.0, 15.0, 30.0, 100.0])
     cosines = np.cos(np.radians(angles[:, None] - 60.0 * np.arange(6))).max(axis=1)
     motion = Motion(*acceleration_components_with_plateau(1.0, 0.0), sampling_interval=INTERVAL, trust_data=True)
@@ -152,9 +152,9 @@ def test_a_rotation_by_the_symmetry_period_gives_the_same_outcome() -> None:
 
 @pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_prisms_balance_energy_as_well_as_boxes_and_rest_off_centre(plan: PlanShape) -> None:
-    """A case is rerun with finer steps until its error is below 0.01, so the median says more than the maximum.
+    """A case is rerun in finer steps until its energy error is below 0.01: the median says more than the maximum.
 
-    Stacks of boxes of these sizes have a median of 0.0008 under these motions, and 0.0055 at most.
+    The error of stacks of boxes of these sizes has a median of 0.0008 under these motions, and is at most 0.0055.
     """
     scene = stack_of_prisms((8, 0.6, 0.3), (plan, 0.3, 0.8))
     cases = Cases([0.0, 20.0], *reference_element_height_and_b_over_h(scene), 0.6)
@@ -178,7 +178,7 @@ def test_prisms_balance_energy_as_well_as_boxes_and_rest_off_centre(plan: PlanSh
 def test_light_stones_below_a_heavy_one_do_not_vibrate_on_to_the_end_of_the_case(
     ratio: float, seed: int, friction: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The dashpot of a contact is made for all stones above; it stops a light stone in under 1/512 of a whole step."""
+    """A contact's dashpot is made for the mass of all stones above; it stops a light stone in under 1/512 of a step."""
     monkeypatch.setattr(balance, "MAX_RERUNS_UNTIL_ENERGY_BALANCES", 0)
     stack = Stack(
         stack_of_prisms(*(("rectangle", 0.4 * ratio**number, height) for number, height in enumerate((0.2, 0.2, 0.6))))
@@ -196,7 +196,7 @@ def test_light_stones_below_a_heavy_one_do_not_vibrate_on_to_the_end_of_the_case
 def test_stones_of_equal_width_balance_their_energy_at_the_first_attempt(
     heights: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each slip replaces all points of a patch: corners of both faces and crossings of their sides take turns.
+    """A slip replaces all points of a contact patch, which are corners of either face or crossings of their sides.
 
     A point that is new to the patch brings the energy of its spring, and must not open or close in a long step.
     """
@@ -219,7 +219,7 @@ def test_stones_of_equal_width_balance_their_energy_at_the_first_attempt(
     "taper", [0.0, *(pytest.param(one, marks=pytest.mark.long) for one in (0.0002, 0.001, 0.004, 0.009, -0.002, -0.01))]
 )
 def test_columns_of_drums_balance_their_energy(plan: PlanShape, taper: float) -> None:
-    """The rims of base and face below coincide or nearly so, and cross at other points in each step.
+    """The rims of the upper drum's base and of the lower drum's top (nearly) coincide, and cross at changing points.
 
     A column that still rocks seconds after the record may be undecided.
     """
@@ -234,7 +234,7 @@ def test_columns_of_drums_balance_their_energy(plan: PlanShape, taper: float) ->
 
 @pytest.mark.parametrize("plan", PLAN_SHAPES)
 def test_a_drum_on_an_equal_drum_loses_nearly_the_velocity_that_housner_predicts(plan: PlanShape) -> None:
-    """All corners carry in a landing where the rims coincide, so that 2 to 5 % less velocity is lost."""
+    """All corners carry in a landing where the rims coincide, so the velocity after it is 2 to 5 % above Housner's."""
     heavy = {"materials": {"stone": Material(), "lead": Material(density=2e5)}}
     scene = stack_of_prisms((plan, 0.4, 0.3), (plan, 0.4, 1.2)).model_copy(update=heavy)
     ground, lower, upper = scene.elements
@@ -254,9 +254,9 @@ def test_a_drum_on_an_equal_drum_loses_nearly_the_velocity_that_housner_predicts
 
 
 def test_a_prism_whose_centre_lies_outside_the_face_below_is_refused() -> None:
-    """At 0.28 m the two faces overlap; the nearest side of the octagon is 0.25 m from its middle.
+    """At 0.28 m from the octagon's middle the upper stone meets it, but its centre is beyond the side at 0.25 m.
 
-    The upper stone narrows with B/H: at 0.1 its base, 0.06 m wide, does not meet the face at all.
+    The upper stone narrows with B/H: at 0.1 and 0.3 m from the middle its base, 0.06 m wide, does not meet it at all.
     """
 
     def scene_of_offset_prism(offset: float) -> Scene:

@@ -22,7 +22,7 @@ INERTIA_PER_MASS: Final = (WIDTH**2 + HEIGHT**2) / 12.0
 
 
 def overhanging_shaft(friction: float) -> Scene:
-    """Return a shaft that overhangs one side of a broad and heavy base, on which it has a coefficient of friction."""
+    """Return a scene in which a shaft overhangs one side of a broad, heavy base; `friction` is between the two."""
     return Scene.model_validate({
         "name": "rim", "reference": "shaft", "materials": {"stone": {}, "slick": {}},
         "contacts": (
@@ -44,7 +44,7 @@ def path_of_overhanging_shaft(acceleration: np.ndarray[Any, Any], friction: floa
 
 
 def tilt_of_shaft(path: xr.Dataset) -> np.ndarray[Any, Any]:
-    """Return the angle by which the shaft leans towards the overhang, rad; `tilt_north` is its sine."""
+    """Return the angle by which the shaft leans towards the overhang, rad: arcsin of `tilt_north` in `path`."""
     return np.arcsin(path["tilt_north"].to_numpy()[:, 1])
 
 
@@ -62,7 +62,7 @@ def test_a_stone_without_friction_slides_over_the_rim_as_a_plane_body_does() -> 
     )  # the centre is above the rim, s
 
     def sliding_plate_state_derivative(_: float, state: np.ndarray[Any, Any]) -> list[float]:
-        """Return the time derivative of the state (x, z, angle and their velocities)."""
+        """Return the time derivative of the state of the sliding plate (x, z, angle and their velocities)."""
         x, z, angle, vx, vz, spin = state
         normal, along = np.array([math.sin(angle), math.cos(angle)]), np.array([math.cos(angle), -math.sin(angle)])
         at = float(along @ [x, z])
@@ -101,7 +101,7 @@ def test_a_rough_stone_turns_about_the_rim_like_a_pendulum(level: float) -> None
     above = 0.5 * HEIGHT
 
     def sliding_plate_state_derivative(t: float, state: np.ndarray[Any, Any]) -> list[float]:
-        """Return the time derivative of angle and angular velocity."""
+        """Return the time derivative of the state of the pendulum (angle and angular velocity)."""
         angle, spin = state
         x = -SHAFT_CENTRE_TO_BASE_RIM_DISTANCE * math.cos(angle) + above * math.sin(angle)
         z = SHAFT_CENTRE_TO_BASE_RIM_DISTANCE * math.sin(angle) + above * math.cos(angle)

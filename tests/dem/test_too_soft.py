@@ -37,10 +37,11 @@ def test_a_block_with_excessive_static_penetration_is_marked_unstable(peak: floa
 def test_a_3d_body_with_excessive_static_penetration_is_marked_unstable(
     peak: float, leave_out: bool, plan: str | int, times: int
 ) -> None:
-    """The limit is a tenth of the smaller side: 0.1 B, or 0.1 H for a squat body.
+    """The limit of the penetration at rest is a tenth of the smaller side: 0.1 B, or 0.1 H for a squat body.
 
-    The contact law's static penetration is that of a rectangle on its four vertices, of a cylinder on two points of its
-    rim, or of a hexagon on two vertices. At rest a rim has four points and a hexagon six vertices: `times` as many.
+    The contact law states the penetration of a rectangle on four vertices, of a cylinder on two points of its rim, or
+    of a hexagon on two vertices. At rest, four points of the rim or all six vertices of the hexagon share the weight,
+    so that the law may state a penetration `times` as large.
     """
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)

@@ -165,7 +165,7 @@ def short_motion(vertical: bool) -> Motion:
 
 
 def numba_library_of_kernel_in_call(compute: Callable[[], Any], monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Return Numba's library of the kernel that runs in a call of `compute`."""
+    """Return Numba's library of compiled code of the kernel that `compute` runs."""
     called = []
 
     def store_argument_types_and_run_kernel(*arguments: Any) -> Any:
@@ -180,7 +180,7 @@ def numba_library_of_kernel_in_call(compute: Callable[[], Any], monkeypatch: pyt
 
 @pytest.mark.parametrize("name", ["body", "stack"])
 def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Numba passes an array as seven numbers; these functions, of two to five arrays, use the address alone."""
+    """Functions of two to five arrays get only the address of each, not all seven numbers that Numba passes."""
     compute, _ = KERNEL_CALLS_AND_LARGE_LOOP_COUNTS[name]
     module = str(
         numba_library_of_kernel_in_call(
@@ -195,12 +195,16 @@ def test_loops_of_a_kernel_get_no_arguments_that_they_do_not_use(name: str, monk
 
 
 def test_loops_of_the_body_kernel_have_no_scalar_copy_for_overlapping_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
-    """LLVM would compile each of these loops twice, and test for overlap in every call."""
+    """With such a copy, LLVM would compile each loop twice and test in every call if its arrays overlap."""
     compute, _ = KERNEL_CALLS_AND_LARGE_LOOP_COUNTS["body"]
     library = numba_library_of_kernel_in_call(lambda: compute(short_motion(False), 1.0), monkeypatch)
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
     packed, scalar = regexes_of_packed_and_scalar_arithmetic()
-    loops = re.findall(r"^\S*(?:point_pair|vertex_pair|opposite_(?:rim_)?points)\S*:(.*?)^\.Lfunc_end", assembly, re.MULTILINE | re.DOTALL)
+    loops = re.findall(
+        r"^\S*(?:point_pair|vertex_pair|opposite_(?:rim_)?points)\S*:(.*?)^\.Lfunc_end",
+        assembly,
+        re.MULTILINE | re.DOTALL,
+    )
     counts = [(len(re.findall(packed, text)), len(re.findall(scalar, text))) for text in loops]
     assert sum(wide > 100 for wide, _ in counts) >= 5
     assert max(single for _, single in counts) < 10, counts

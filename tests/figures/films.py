@@ -16,7 +16,7 @@ def trajectory_of_3d_body(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
 
 
 def rocking_film_block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> FilmBody:
-    """Return a film block that rotates by these angles, rad, about its right corner (> 0) or its left one."""
+    """Return a film block with a rotation in each frame, rad, about its right base corner (if > 0) or its left one."""
     pivot = np.where(rotation >= 0, width / 2, -width / 2)
     s = pivot - pivot * np.cos(rotation) + height / 2 * np.sin(rotation)
     z = pivot * np.sin(rotation) + height / 2 * np.cos(rotation)

@@ -20,13 +20,13 @@ NAN = float("nan")
 
 
 def marker_positions_of_colour(axes: plt.Axes, colour: str) -> list[tuple[float, float]]:
-    """Return the markers of the group of one colour, (x, row), from the top."""
+    """Return the positions (x, row) of the markers of one colour, that of a group of records, from the top down."""
     dots = [line for line in axes.lines if line.get_color() == colour and len(line.get_xdata()) == 1]
     return sorted(((line.get_xdata()[0], line.get_ydata()[0]) for line in dots), key=lambda dot: dot[1])
 
 
 def interval_positions_of_colour(axes: plt.Axes, colour: str) -> list[tuple[float, float, float]]:
-    """Return the intervals of the group of one colour, (low, high, row), from the top."""
+    """Return the intervals (low, high, row) of one colour, that of a group of records, from the top down."""
     lines = [line for line in axes.lines if line.get_color() == colour and len(line.get_xdata()) == 2]
     return sorted(((*line.get_xdata(), line.get_ydata()[0]) for line in lines), key=lambda line: line[2])
 
@@ -75,7 +75,7 @@ def figure_of_fall_alignment_with_reference_axes() -> Figure:
 
 
 def test_alignments_with_reference_directions_are_dots_with_intervals() -> None:
-    """Rows have the order of the first group; an unknown reference of a group has no dot, and a note says so."""
+    """Each reference direction has a row, in the order of the first group; an unknown alignment has a note, no dot."""
     with use_package_matplotlib_settings():
         figure = figure_of_fall_alignment_with_reference_axes()
     (axes,) = figure.axes

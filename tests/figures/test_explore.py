@@ -23,7 +23,7 @@ SCRIPT_AS_NAME = "</script><script>window.hurt = 1</script>"
 def random_planar_cube(
     records: int = 2, step: int = 30, ratios: int = 3, heights: int = 2, frictions: int = 2
 ) -> xr.Dataset:
-    """Return a 2-D cube of random outcomes with an ensemble, some of them missing."""
+    """Return a 2-D cube with an ensemble and random outcomes, some of which are missing."""
     random = np.random.Generator(np.random.PCG64(1))
     azimuth = np.arange(0, 360, step)
     shape = (records, azimuth.size, heights, ratios, frictions)
@@ -116,7 +116,7 @@ def test_the_flag_of_a_case_without_an_outcome_encodes_the_reason() -> None:
 
 
 def test_late_fall_in_a_long_record_keeps_its_time_in_the_explorer() -> None:
-    """With a fixed time step of 0.01 s, 16 bits end at 655.34 s."""
+    """The page stores times in 16 bits: with a fixed step of 0.01 s, times would end at 655.34 s."""
     whole = random_planar_cube()
     whole["overturning_time"][1] *= 180.0
     data, shape = explorer_page_data(whole), tuple(whole.sizes[name] for name in DIMENSIONS)

@@ -103,15 +103,15 @@ LONG_OUTCOME = "2 of 3 fall: shaft falls towards N32°E at 2.22 s; upper-base fa
 
 
 def film_with_long_outcome(duration: float) -> Film:
-    """Return two panels; the outcome of the second is longer than a panel is wide."""
+    """Return a film of two panels; the text of the outcome of the second is longer than a panel is wide."""
     film = film_of_one_falling_and_one_rocking_block(duration=duration)
     return replace(film, panels=(film.panels[0], replace(film.panels[1], outcome_sentence=LONG_OUTCOME)))
 
 
 def test_a_long_outcome_is_broken_into_lines_in_a_movie(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No letter reaches the right edge; the outcome of a panel without a fall appears with the last frame.
+    """No letter reaches the right edge. The text of the outcome of a panel without a fall appears in the last frame.
 
-    The layout is computed for the first frame and for the last one, in which a text is new; not for the second one.
+    The layout is computed for the first frame and for the last one, which has a new text, but not for the second one.
     """
     layouts: list[object] = []
     execute = ConstrainedLayoutEngine.execute
@@ -128,7 +128,7 @@ def test_a_long_outcome_is_broken_into_lines_in_a_movie(tmp_path: Path, monkeypa
 
 
 def test_a_movie_shows_the_vertical_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The lowest curve is that of the vertical motion; the flat line of no motion along the azimuth is above it."""
+    """The lowest curve is the vertical motion; the motion along the azimuth, here zero, is a flat line above it."""
     monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: None)  # slow, and places matter little here
     panel = film_of_one_falling_and_one_rocking_block(duration=0.0).panels[0]
     up = np.array([0.0, 3.0, -3.0, 3.0, 0.0])

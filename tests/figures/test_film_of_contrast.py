@@ -17,7 +17,7 @@ from tests.study.small_study import simulate_study_cube, sine_cycle_record, smal
 
 
 def save_only_film_strips_and_create_other_files_empty(figure: Figure, path: Path) -> None:
-    """Write a figure to a file only if it is a film strip; create an empty file in place of others, to save time."""
+    """Write a figure to a file if it is a film strip; otherwise create an empty file, to save time."""
     if path.stem.endswith("-strip"):
         save_figure_files(figure, path)
     else:
@@ -85,7 +85,7 @@ def test_film_strip_of_each_differing_case_is_written(
 
 
 def test_two_scenes_are_compared_by_the_stone_they_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The reference is the upper base, which always stands; the film shows a case in which one of the shafts falls."""
+    """In the case shown, the shaft that both scenes have falls in one of them; the reference, a base, never falls."""
     monkeypatch.setattr(illustrative, "save_figure_files", save_only_film_strips_and_create_other_files_empty)
     scene = load_scene("three-tier").model_copy(update={"reference": "upper-base"})
     settings = small_study(

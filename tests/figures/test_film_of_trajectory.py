@@ -43,7 +43,7 @@ SLENDER_BLOCK = {"height": 0.6, "b_over_h": 0.3, "friction": 1.0}
 
 @pytest.fixture(scope="module")
 def sine_motion_after_rest() -> Motion:
-    """One cycle of a sine towards north after two seconds of rest, strong enough to overturn a slender block."""
+    """Return 2 s of rest and one sine cycle to the north, strong enough to overturn a slender block."""
     time = np.arange(0, 6, 0.01)
     pulse = np.where((time > 2) & (time < 3), 9.0 * np.sin(2 * np.pi * (time - 2)), 0.0)
     return Motion(pulse, 0 * pulse, sampling_interval=0.01)
@@ -94,7 +94,7 @@ def test_a_film_of_two_azimuths_has_a_panel_for_each_and_ends_at_the_fall(sine_m
 
 
 def test_frames_show_the_trajectory_and_the_ground_at_their_times(sine_motion_after_rest: Motion) -> None:
-    """A frame has the pose of the path at its time, and the ground the displacement of a sine pulse, in closed form."""
+    """In a frame the block has the pose of its trajectory, and the ground the exact displacement of the sine cycle."""
     path = trajectory(sine_motion_after_rest, azimuth_deg=0, **SLENDER_BLOCK)
     film = film_of_trajectories([path], sine_motion_after_rest, "pulse")
     panel, one = film.panels[0], trajectory_of_element_named_stone(path)
@@ -137,7 +137,7 @@ def test_ground_of_a_film_reaches_beyond_the_picture(height: float) -> None:
 
 
 def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
-    """At the last frame all stones are slower than 1 cm/s; at the end of the case the shaft is in mid-air."""
+    """All stones are slower than 1 cm/s in the last frame; when the outcome is decided, a stone is still falling."""
     motion = Motion.sine(7.0, 0.8)
     given = {"azimuth_deg": 0.0, "friction": 0.7}
     cut, path = (
@@ -152,7 +152,7 @@ def test_film_of_a_stack_ends_when_its_stones_lie() -> None:
 
 
 def test_outcome_of_several_falls_appears_after_the_last_fall() -> None:
-    """A stone 12 cm wide falls before one 30 cm wide; the sentence names both, a printed film shows the first fall."""
+    """A stone 12 cm wide falls before one 30 cm wide: the text names both falls, a printed strip shows the first."""
     elements = [{"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
     for name, width, place in (("slim", 0.12, -2.0), ("stout", 0.3, 2.0)):
         elements.append({"name": name, "width": width, "height": 0.9, "stands_on": "ground", "at": [place, 0]})
@@ -172,7 +172,7 @@ def test_outcome_of_several_falls_appears_after_the_last_fall() -> None:
 
 
 def test_films_of_two_settings_share_their_frames() -> None:
-    """With and without vertical motion: the same frames, and a trace of the vertical motion in both panels."""
+    """Panels with and without vertical motion have the same frames; each has a trace of the vertical motion."""
     level = Motion.sine(5.0, 0.8)
     up = 4.0 * np.sin(2 * np.pi * 5.0 * np.arange(level.sample_count) * level.sampling_interval)
     shaken = Motion(*level.horizontal_components, up, sampling_interval=level.sampling_interval)
@@ -226,7 +226,7 @@ def test_upward_acceleration_adds_to_the_contact_forces(sine_motion_after_rest: 
     params=[("rinaldi", 32, 0.4, 0.6, 1.0), ("rinaldi", 32, 0.3, 0.6, 0.33), ("erzincan", 0, 0.25, 1.2, 0.58)],
 )
 def block_trajectory_under_record(request: pytest.FixtureRequest) -> xr.Dataset:
-    """Return the trajectory of a block under a record: it falls, falls while it slides, or rocks and stands."""
+    """Return the path of a block that falls, falls while it slides, or rocks and stands, with the base velocity."""
     name, azimuth, b_over_h, height, friction = request.param
     record = round_samples_to_stored_decimals(
         process_record(read_record(read_record_table(RECORD_TABLE)[name], Path()), None)
@@ -326,7 +326,7 @@ def test_film_without_trajectory_is_refused() -> None:
 
 @pytest.fixture(scope="module")
 def pulse_along_oblique_azimuth() -> Motion:
-    """Return one sine of 1 s and 7 m/s² along 29° (0.5 rad)."""
+    """Return a motion along 29° (0.5 rad): one sine cycle of 1 s and 7 m/s²."""
     time = np.arange(0, 2.5, 0.01)
     samples = 7.0 * np.sin(2 * np.pi * time / 1.0) * (time < 1.0)
     return Motion(samples * np.cos(0.5), samples * np.sin(0.5), sampling_interval=0.01)
@@ -383,7 +383,7 @@ def test_film_of_a_3d_body_is_refused_as_a_gif(
 
 
 def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> None:
-    """The title states the tilt only: twist and slip would not fit, and covered the title next to it."""
+    """The title states only the largest tilt: with twist and slip too, it would cover the title next to it."""
     time = np.arange(0, 2, 0.01)
     weak = Motion(2.5 * np.sin(2 * np.pi * time), 0 * time, sampling_interval=0.01)
     path = trajectory_of_3d_body(weak, 0.5)
@@ -396,7 +396,7 @@ def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> Non
 
 
 def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> None:
-    """A shaft 0.2 m wide, 0.1 m deep and 0.6 m high balances at arctan(1/6), whatever is the B/H of the stack."""
+    """A shaft 0.2 m wide, 0.1 m deep and 0.6 m high balances at arctan(1/6), whatever the B/H of the stack."""
     elements = [
         {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
         {"name": "base", "width": 0.5, "height": 0.2, "depth": 0.5, "stands_on": "ground"},
@@ -413,10 +413,10 @@ def test_axis_figure_of_a_stack_has_name_and_critical_angle_of_the_stone() -> No
 
 
 def test_critical_angles_and_axis_figure_of_a_stack_match_its_2d_scene_and_reference() -> None:
-    """The reference element is the foot below a shaft 0.2 m off its middle, which carries a roof twice as wide.
+    """The reference element is a foot; a shaft stands on it 0.2 m off its middle and carries a roof.
 
-    The shaft balances over the near side of its base, 0.1 m from the rim of the foot: arctan(0.1/0.45). The roof, 0.2 m
-    high, balances over the rim of the shaft: arctan(0.15/0.1). Those are the angles of the same scene in 2-D.
+    The shaft balances over the rim of the foot, 0.1 m off the axis of the shaft: arctan(0.1/0.45). The roof, 0.2 m
+    high, balances over the rim of the shaft: arctan(0.15/0.1). The same scene in 2-D has the same angles.
     """
     elements = [
         {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},

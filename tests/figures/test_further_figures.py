@@ -59,7 +59,7 @@ AZIMUTHS_DEG = np.arange(0, 360, 15)
 
 
 def cube_of_falls_around_azimuth_40() -> xr.Dataset:
-    """Return a cube of five records: blocks fall within 50° of 40°, or more if slender; one B/H has no ensemble."""
+    """Return a cube of five records: falls within 68° (B/H 0.2, no ensemble) to 41° (B/H 0.4) of the 40° axis."""
     slender = np.array([0.2, 0.3, 0.4])
     offset = (AZIMUTHS_DEG - 40 + 180) % 360 - 180
     sign = np.where(np.abs(offset) < 90, 1, -1)
@@ -90,7 +90,7 @@ def cube_of_falls_around_azimuth_40() -> xr.Dataset:
 
 
 def motion_with_one_pulse() -> Motion:
-    """Return a motion of 6 s with one sine pulse of 7 m/s², half as strong and 0.15 s later to the east."""
+    """Return a motion of 6 s: a sine cycle of 7 m/s² to the north, and half of it to the east 0.15 s later."""
     time = np.arange(0, 6, 0.01)
     pulse = np.where((time > 2) & (time < 3), 7.0 * np.sin(2 * np.pi * (time - 2)), 0.02 * np.sin(40 * time))
     return Motion(pulse, 0.5 * np.roll(pulse, 15), sampling_interval=0.01)
@@ -129,7 +129,7 @@ def draw_rotation_slip_and_uplift() -> Figure:
 
 
 def test_response_figure_of_a_block_at_rest_is_not_scaled_to_rounding_errors() -> None:
-    """Regression: the axis of a rotation of 1e-17° was scaled to this rounding error."""
+    """Regression: the vertical axis was scaled to a rotation of 1e-17°, a rounding error."""
     weak = Motion(0.1 * motion_with_one_pulse().north, 0 * motion_with_one_pulse().north, sampling_interval=0.01)
     figure = rotation_slip_and_uplift_figure([trajectory(weak, azimuth_deg=0, height=0.6, b_over_h=0.5)], "A block")
     assert [axes.get_ylim() for axes in figure.axes[1:]] == 3 * [(-1.0, 1.0)]
@@ -167,7 +167,7 @@ OBSERVED_ROSE = ObservedFallRoseCounts(
 
 
 def draw_observed_and_computed_survey_falls(count: int = 1) -> Figure:
-    """Draw observed and computed falls of one survey, as often as ``count``."""
+    """Draw observed and computed falls of `count` surveys with equal data."""
     share, computed = PlottedEstimate(0.6, 0.36, 0.81), PlottedEstimate(0.35, 0.2, 0.5)
     one = SurveyFigureData(
         "survey.csv, S$1", OBSERVED_FALLS_BY_OCTANT, COMPUTED_FALLS_BY_OCTANT, 41.0, 250.0, share, computed
@@ -218,7 +218,7 @@ FUNCTIONS_MAKING_FIGURES_BY_NAME: dict[str, Callable[[], Figure]] = {
 
 @cache
 def cached_figure_at_size_factor(name: str, factor: float) -> Figure:
-    """Lay out a figure at `factor` times its size, as in its files, once for all tests: do not change it."""
+    """Return a figure at `factor` times its size, laid out once for all tests, which must not change it."""
     with use_package_matplotlib_settings():
         figure = FUNCTIONS_MAKING_FIGURES_BY_NAME[name]()
         figure.set_size_inches(*(factor * figure.get_size_inches()))
@@ -338,7 +338,7 @@ def test_points_of_pga_and_fall_probability_are_one_per_record_and_plane() -> No
 
 
 def test_survey_figure_shows_observed_and_computed_falls_on_one_scale() -> None:
-    """Sectors and outline have areas in proportion to numbers, north up; shares and means are at their values."""
+    """Areas of sectors and outline are proportional to falls, north is up, and shares and means are at their values."""
     with use_package_matplotlib_settings():
         figure = draw_observed_and_computed_survey_falls()
         rose, shares = figure.axes
@@ -387,7 +387,7 @@ def test_figure_text_is_legible_at_page_width(name: str) -> None:
 
 
 def draw_without_layout(figure: Figure) -> Figure:
-    """Draw a figure without a layout, which takes most of the time: only its curves and notes are examined."""
+    """Draw a figure without its layout, to save time: only its curves and notes are examined."""
     figure.set_layout_engine("none")
     limit_ticks_to_axis_range(figure)
     figure.draw_without_rendering()
@@ -396,7 +396,7 @@ def draw_without_layout(figure: Figure) -> Figure:
 
 @pytest.mark.parametrize(("azimuths", "drawn"), [([60.0, 150.0], [True, False]), ([150.0, 330.0], [False, False])])
 def test_spectra_have_no_curve_along_an_azimuth_without_motion(azimuths: list[float], drawn: list[bool]) -> None:
-    """Across a linear motion only rounding errors of the cosines remain, twelve decades lower, or nothing."""
+    """Across a linear motion there are rounding errors, twelve decades lower, or nothing: neither is drawn."""
     linear = Motion.sine(3.0, 0.8, azimuth_deg=60.0)
     with use_package_matplotlib_settings():
         figure = draw_without_layout(fourier_and_response_spectra_figure(linear, azimuths, "Pulse"))
@@ -519,7 +519,7 @@ def test_long_and_japanese_names_in_titles_are_not_cut_off(
 
 
 def test_legend_of_fall_alignment_by_b_over_h_has_only_known_reference_directions() -> None:
-    """The fault normal of no record is known: nothing is drawn of it, and the legend does not have it."""
+    """If the fault normal of no record is known, the legend does not have it."""
     mean, unknown = MeanOverEarthquakes(5, 0.5, 0.2, 0.8), MeanOverEarthquakes(0, np.nan, np.nan, np.nan)
     means = {("peak velocity", True): [mean, mean], ("fault normal", True): [unknown, unknown]}
     with use_package_matplotlib_settings():

@@ -42,7 +42,7 @@ def offset_record_before_and_after_processing(up: bool = True) -> tuple[Record, 
 
 
 def write_time_history_page_of_offset_record(folder: Path) -> None:
-    """Write the page of a record with an offset, for `make_folder_once`."""
+    """Write the time history page of a record with an offset as page.svg into a folder."""
     with use_package_matplotlib_settings():
         save_figure_files(
             record_before_and_after_processing_figure(*offset_record_before_and_after_processing()), folder / "page.svg"
@@ -53,7 +53,7 @@ def write_time_history_page_of_offset_record(folder: Path) -> None:
 def vertical_flag_svg_and_figure_of_history(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[bool, str, Figure]:
-    """Draw the history page of a record with an offset; return if it has vertical motion, the SVG and the figure."""
+    """Return if a record with an offset has vertical motion, the SVG text of its history page, and the figure."""
     path = tmp_path_factory.mktemp("history") / "page.svg"
     with use_package_matplotlib_settings():
         figure = record_before_and_after_processing_figure(*offset_record_before_and_after_processing(request.param))
@@ -114,7 +114,7 @@ def time_history_figure_of_unprocessed_record() -> Figure:
 def test_time_history_page_in_any_file_format_gives_no_overlap_warning(
     tmp_path: Path, kind: str, time_history_figure_of_unprocessed_record: Figure
 ) -> None:
-    """A file has another resolution than the figure: the places of labels in pixels differ."""
+    """A file has another resolution than the figure on screen, so that the positions of labels in pixels differ."""
     assert (
         save_figure_and_return_text_layout_warning(
             time_history_figure_of_unprocessed_record, tmp_path / f"a.{kind}", dpi=200, width_inches=None
@@ -129,7 +129,7 @@ def test_time_history_page_in_any_file_format_gives_no_overlap_warning(
 
 @pytest.mark.parametrize("up", [True, False])
 def test_rotd_spectra_of_motion_along_one_line_match_closed_forms(up):
-    """For motion along N30E, RotD100 is its spectrum, RotD50 cos 45° of it, and RotD00 zero; compared with rotd."""
+    """Along one line, RotD50 is RotD100 times cos 45°, RotD00 is zero, and a stiff oscillator follows the ground."""
     pulse = np.sin(2 * np.pi * SAMPLE_TIMES_OF_15_S) * (SAMPLE_TIMES_OF_15_S < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)

@@ -56,7 +56,7 @@ UNTRANSLATED_NAMES = {
 
 
 def noise_record() -> Record:
-    """Return a record without vertical motion: the reason for its corner frequency takes two lines of the title."""
+    """Return noise without vertical motion; the reason for its corner frequency takes two lines of a title."""
     wave = np.random.default_rng(0).normal(size=(2, 3000)) * np.hanning(3000) * 0.3
     return Record("r", *wave, np.zeros(3000), 0.01, station="Here")
 
@@ -162,7 +162,7 @@ def figure_showing_text(name: str) -> Figure:
 
 
 def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
-    """Without a font for them, Matplotlib draws the same box for both characters, and warns of each."""
+    """Without a Japanese font, Matplotlib would draw 一 and 川 as the same box, with a warning for each."""
     if not texts.installed_fonts_of_language("ja"):
         pytest.skip("no Japanese font")
     with use_package_matplotlib_settings(), warnings.catch_warnings(action="error"):

@@ -58,7 +58,7 @@ def towards_and_away_fall_shares_from_cells(*cells: tuple[int, int, float, float
 
 
 def rgb_pixels_in_radially_outer_half_of_map_cell(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
-    """Return the pixels, (n, 3) from 0 to 1, in the outer half of a map cell: its middle may be on a grid line."""
+    """Return RGB values (n, 3), 0 to 1, in the outer half of a map cell; a grid line may cross the middle."""
     axes = figure.axes[0]
     picture = np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255.0
     theta, radius = np.meshgrid(np.radians(azimuth + np.linspace(-6, 6, 25)), ratio + np.linspace(0.02, 0.07, 25))
@@ -95,7 +95,7 @@ def grey_level(pixels: np.ndarray) -> np.ndarray:
 
 
 def test_map_cell_with_falls_only_away_from_its_azimuth_is_white_not_hatched() -> None:
-    """Cells of which 20 to 50 % of the runs fall to the other side are white; cells that stand are hatched."""
+    """Cells where 20 to 50 % of runs fall, all to the other side, are white; cells where all stand are hatched."""
     shares = {60: 0.2, 90: 0.35, 120: 0.4, 150: 0.5}
     cells = towards_and_away_fall_shares_from_cells(*((azimuth, 1, 0.0, share) for azimuth, share in shares.items()))
     figure = make_figure_and_draw_its_pixels(
@@ -205,7 +205,7 @@ def ends_of_line_pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float,
 
 
 def test_half_probability_line_encloses_cells_where_half_of_the_runs_fall() -> None:
-    """One inner cell of four azimuths and two B/H rings reaches half of the runs; no line borders an unknown cell."""
+    """In one inner cell, of four azimuths and two rings, half of the runs fall; no line borders an unknown cell."""
     theta, radius = np.radians(np.arange(-45.0, 360.0, 90.0)), np.array([0.1, 0.3, 0.5])
     falls = np.array([[0.2, 0.5, 0.49, 0.0], [0.0, 0.0, 0.0, 0.0]])
     around = {(45.0, 0.1, 45.0, 0.3), (135.0, 0.1, 135.0, 0.3), (45.0, 0.3, 135.0, 0.3)}
@@ -240,7 +240,7 @@ def test_half_probability_line_is_of_summed_probability_of_both_sides() -> None:
 
 
 def test_polar_map_shows_a_fall_at_its_azimuth() -> None:
-    """A block that falls towards N30°E is dark there and white opposite, with or without an ensemble in the cube."""
+    """The map of a block that falls towards N30°E is dark there and white opposite, with an ensemble or without."""
     flags = np.sign(np.round(np.cos(np.radians(AZIMUTHS_DEG - 30.0)), 3))[:, None] * np.ones(3)
     cube = cube_of_one_record_from_fall_shares(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
     for one in (cube, cube[["overturned"]]):

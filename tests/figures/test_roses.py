@@ -39,7 +39,7 @@ def cube_of_earthquakes_with_one_record_each(count: int) -> xr.Dataset:
 
 
 def fall_axis_summary_of_five_earthquakes(axis: float, half_width: float) -> MeanFallAxisAndAlignmentOverEarthquakes:
-    """Return a summary of five earthquakes with this mean axis and half-width of its interval, degrees."""
+    """Return a summary of five earthquakes with a mean fall axis and the half-width of its interval, degrees."""
     return MeanFallAxisAndAlignmentOverEarthquakes(5, MeanOverEarthquakes(5, NAN, NAN, NAN), axis, half_width, 5, 5)
 
 
@@ -55,7 +55,7 @@ def draw_rose_of_falls_with_mean_axis(one: xr.Dataset, axis: float = NAN, half_w
 
 
 def rose_sector_areas(figure: Figure) -> dict[float, float]:
-    """Return the area of each dark sector (1 for a sector of radius 1) by the azimuth of its middle, degrees."""
+    """Return the area of each dark sector, as its radius squared, by the azimuth of its middle, degrees."""
     dark = [
         bar
         for bar in figure.axes[0].patches
@@ -102,7 +102,7 @@ def test_rose_of_3d_falls_is_folded_to_axes_only_with_a_fault_normal() -> None:
 
 
 def test_interval_of_the_share_along_an_axis_adds_both_directions_first() -> None:
-    """Earthquakes with falls towards 0° or 180°: the share along this axis is 1 in each, that to one side is not."""
+    """Each earthquake has falls towards 0° or 180°: its share along this axis is 1, that towards 0° is 1 or 0."""
     one = cube_of_earthquakes_with_one_record_each(10)
     flags = np.zeros(one["overturned"].shape)
     flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others
@@ -148,7 +148,7 @@ LARGEST_SECTOR_SHARES = (0.08, 0.17, 0.25, 0.36, 0.5, 0.7, 0.9)
 
 @cache
 def radius_label_boxes_by_largest_rose_share(axial: bool) -> dict[float, list[Bbox]]:
-    """Return the boxes of the radius labels of roses by their largest share (`LARGEST_SECTOR_SHARES`)."""
+    """Return the boxes, pixels, of the radius labels of roses by the largest share of falls in a sector."""
     count = ROSE_SECTOR_COUNT // 2 if axial else ROSE_SECTOR_COUNT
     unknown, boxes = np.full(count, NAN), dict[float, list[Bbox]]()
     for pair in (LARGEST_SECTOR_SHARES[place : place + 2] for place in range(0, len(LARGEST_SECTOR_SHARES), 2)):

@@ -79,7 +79,7 @@ def test_compact_svg_rounds_coordinates_but_not_scale_factors() -> None:
 
 
 def draw_compasses(*paths: Path) -> list[bytes]:
-    """Draw two compasses and a panel with rotated texts and a legend, and return the bytes of the files."""
+    """Draw two compasses and a panel with rotated texts and a legend to files; return the bytes of each file."""
     with use_package_matplotlib_settings():
         figure, panels = create_panel_grid(1, 2, 6.4, 3.5, polar=True)
         for axes in panels.flat:

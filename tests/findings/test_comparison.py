@@ -76,7 +76,7 @@ def test_fall_axes_on_rock_and_soil_are_compared_where_both_are_clear() -> None:
 
 
 def test_records_with_clearly_more_changed_outcomes_than_average_are_listed() -> None:
-    """By Wilson's interval, 6 changed outcomes of 90 are above the 1.9 % of all 1,080 cases; 4 of 90 may not be."""
+    """By Wilson's interval, 6 changed outcomes of 90 are clearly above the average of all records; 4 of 90 are not."""
     rows = [
         FinerStepOutcomeChangeCountOfRecord(record=f"calm-{number}", cases=90, changed_cases=1) for number in range(10)
     ]

@@ -18,7 +18,7 @@ STACK_STUDY_FILE = Path(__file__).parents[2] / "config" / "stack-3d.yaml"
 
 
 def displacement_cube_of_one_record(elements: list[str], **values: Any) -> xr.Dataset:
-    """Return a cube of one record with values of shape (elements, 5 orientations) for each variable; 0 if not given."""
+    """Return a cube of one record; `values` are arrays (elements, 5 orientations) by variable, 0 if not given."""
     shape = (len(elements), 5)
     names = ("overturned", "residual_slip_north", "residual_slip_east", "residual_twist", "slid_off")
     return xr.Dataset(
@@ -32,7 +32,7 @@ def displacement_cube_of_one_record(elements: list[str], **values: Any) -> xr.Da
 
 @pytest.fixture
 def stack_and_single_shaft_results() -> StudyResults:
-    """Results of a stack, whose shaft falls in two of five cases (once over the rim), and of a shaft that stands."""
+    """Return results of a stack: the shaft falls in 2 of 5 cases (once over the rim), and of a shaft that stands."""
     stack = displacement_cube_of_one_record(
         ["base", "shaft"],
         overturned=[[0] * 5, [0, 0, 0, 1, 1]],

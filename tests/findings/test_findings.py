@@ -64,7 +64,7 @@ PROVENANCE_WITH_NOTES = {
 
 @pytest.fixture(scope="module")
 def study_folder(make_folder_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
-    """Make the results of a study of three records with one velocity pulse each: along 60°, 150° and 20°."""
+    """Return the result folder of a study of three records with a velocity pulse each: along 60°, 150° and 20°."""
     records = [
         pulse_record("one", 60, 6.0, fault_strike_deg=330.0, extra={"pulse": True}),
         pulse_record("two", 150, 6.6, fault_strike_deg=330.0, extra={"pulse": True}),
@@ -96,7 +96,7 @@ def test_overturned_shares_equal_counts_of_overturning_flags(study_findings: Fin
 
 
 def test_fall_axes_of_records_lie_along_their_velocity_pulses(study_findings: Findings) -> None:
-    """One pulse along the normal (60° for a strike of 330°), one along the strike, one along its own normal (20°)."""
+    """Two pulses lie along and across one fault normal (60°), the third along the normal of its own fault (20°)."""
     pulse, control = study_findings.direction.groups
     along, across = (one.mean_cos_2_angle_to_fault_normal or math.nan for one in pulse.by_earthquake)
     assert along > 0.5  # falls spread about the axis
@@ -251,7 +251,7 @@ UNREADABLE_CUBE_FILES_AND_ERRORS: dict[str, tuple[Callable[[bytes], bytes], str]
 
 @pytest.mark.parametrize("name", UNREADABLE_CUBE_FILES_AND_ERRORS)
 def test_error_names_a_file_that_is_no_cube_of_a_study(study_folder: Path, tmp_path: Path, name: str) -> None:
-    """A whole cube in the same folder does not replace the file named."""
+    """The error names the given file; an intact cube in the same folder is not read in its place."""
     change, message = UNREADABLE_CUBE_FILES_AND_ERRORS[name]
     for one in ("cube.nc", "intensity.nc"):
         shutil.copy(study_folder / one, tmp_path)
@@ -285,7 +285,7 @@ def test_findings_are_those_of_the_cube_file_that_is_named(
 
 
 def test_missing_outcomes_at_other_amplitudes_are_counted(tmp_path: Path) -> None:
-    """Cases under records scaled by 2 are counted apart; a third has no outcome if one B/H of three has none."""
+    """Cases of records scaled by 2 are counted apart; a third of them lacks outcomes if one of three B/H does."""
     record = pulse_record("one", 60, 6.0)
     made = simulate_study_into_result_folder(
         tmp_path, [record], drawn=False, amplitude=[1, 2], population={"stones": 64}
@@ -428,7 +428,7 @@ def test_simulated_planes_in_one_sector_give_fall_shares_but_no_fall_axis(
 
 
 def logistic_fit_with_coefficients(coefficient: list[float], half_width: float, note: str = "") -> LogisticFit:
-    """Return a fit with these coefficients (intercept, then `PREDICTOR_NAMES`), all with the same half-width."""
+    """Return a logistic fit with coefficients (intercept, then `PREDICTOR_NAMES`) whose intervals are equally wide."""
     value, four = np.array(coefficient), np.zeros(4)
     width = np.full(5, half_width)
     return LogisticFit(
@@ -475,7 +475,7 @@ def test_effect_of_a_predictor_is_stated_only_if_its_interval_excludes_zero(
 def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
     study_folder: Path, planes: "slice | list[int]", angle: float | None
 ) -> None:
-    """With the outcomes of rock on soil too, axes of all planes differ by 0°; planes of one sector give no angle."""
+    """Soil and rock have equal outcomes: axes of all planes differ by 0°; planes of one sector give no angle."""
     soil = SoilSite(layers=(SoilLayer(thickness_m=20, velocity_m_s=180),), rock=RockHalfSpace(velocity_m_s=760))
     with open_study_results(study_folder) as opened:
         cube = opened.reference_element_cube.sel(azimuth=planes)
@@ -498,7 +498,7 @@ def test_fall_axes_on_soil_and_rock_are_compared_only_if_all_planes_were_run(
 
 
 def test_study_and_variant_are_compared_where_both_have_an_outcome(study_folder: Path) -> None:
-    """The same outcomes, but the study lacks those at B/H 0.3 that stand, and the variant those at 0.4 that fall."""
+    """Outcomes are equal, but the study lacks those that stand at B/H 0.3, and the variant those that fall at 0.4."""
     with open_study_results(study_folder) as opened:
         whole = opened.reference_element_cube.isel(record=[0, 1], azimuth=slice(None, None, 4)).load()
         flags, shape = whole["overturned"], whole["b_over_h"]
@@ -542,7 +542,7 @@ def test_a_study_figure_is_refused_if_the_study_has_no_findings_for_it(
 
 
 def test_each_fragility_panel_shows_the_points_and_the_lognormal_curve() -> None:
-    """The curve is a lognormal distribution: 50 % at the median, 84 % one spread above it."""
+    """The curve is a lognormal distribution: 50 % at the median, 84 % at exp(spread) times the median."""
     curves = [
         FittedFragilityCurve("all stones", "PGA", "g", 0.4, 0.5, (0.3, 0.5), 0.1, 1.6),
         FittedFragilityCurve("all stones", "PGV", "cm/s", 50.0, 0.25, (40.0, 60.0), 10.0, 100.0),

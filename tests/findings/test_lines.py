@@ -11,7 +11,7 @@ from overturning.findings.values import FindingBaseClass
 
 
 def all_finding_classes_of_package(base: type[FindingBaseClass] = FindingBaseClass) -> Iterator[type[FindingBaseClass]]:
-    """Yield all classes of findings of the package, and none that other tests have loaded."""
+    """Yield the classes derived from `base` that the package of findings defines, without those of tests."""
     for module in pkgutil.iter_modules(findings.__path__):
         importlib.import_module(f"{findings.__name__}.{module.name}")
     for derived in base.__subclasses__():
@@ -26,7 +26,7 @@ def test_fields_that_label_or_hide_lines_are_fields_of_findings() -> None:
 
 
 def test_entries_of_lists_of_findings_have_a_label() -> None:
-    """Without a label, the entries of a list are numbered. Soil layers have no name: they follow one another."""
+    """All classes of list entries have a field for a label, except soil layers, which are numbered in their order."""
     entries = {
         entry
         for one in all_finding_classes_of_package()

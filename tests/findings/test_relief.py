@@ -112,7 +112,7 @@ def test_report_states_volume_tilt_and_relief_of_a_scanned_body(language: str) -
 
 
 def test_disagreement_shares_count_only_cells_with_a_full_batch_of_runs() -> None:
-    """Of three cells of 4 runs, all, half to either side, or half of the runs fall; a cell of 3 runs is excluded."""
+    """In three cells of 4 runs, all fall, half fall to each side, or half stand; a cell of 3 runs is not counted."""
     towards, away = np.array([[1.0, 0.5, 0.5, 1 / 3], [0.0, 0.5, 0.0, 1 / 3]])
     dims = ("record", "azimuth", "height", "b_over_h", "friction")
     values = {"probability_towards": towards, "probability_away": away, "members": np.array([4, 4, 4, 3])}

@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture
 def isolated_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Empty working folder; the test fails if anything is written outside it."""
+    """Yield an empty working folder; the test fails if anything is written next to it."""
     inner = tmp_path / "inner"
     inner.mkdir()
     monkeypatch.chdir(inner)

@@ -34,7 +34,7 @@ EVIL_WORDS = [
 
 
 def strategy_for_corrupted_bytes(content: bytes) -> st.SearchStrategy[bytes]:
-    """Strategy for a content in which a few bytes, runs, numbers or words are changed, moved, repeated or deleted."""
+    """Return a strategy for a content in which up to six parts are changed, added, repeated or deleted."""
     pieces = st.one_of(
         st.binary(max_size=8),
         st.sampled_from([*EVIL_NUMBERS, *EVIL_WORDS]).map(lambda word: word.encode("utf-8", "surrogatepass")),
@@ -44,7 +44,7 @@ def strategy_for_corrupted_bytes(content: bytes) -> st.SearchStrategy[bytes]:
 
 
 def apply_edits(content: bytes, edits: list[tuple[str, float, int, bytes]]) -> bytes:
-    """Return a content after edits (kind, position as a share of the length, length, inserted bytes)."""
+    """Return a content after edits: the kind, position (share of all bytes), byte count and new bytes of each."""
     data = bytearray(content)
     for what, where, length, piece in edits:
         at = int(where * len(data))
@@ -89,7 +89,7 @@ STRATEGY_FOR_ANY_VALUE = st.recursive(
 
 
 def strategy_for_yaml_files_with_changed_settings(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
-    """Strategy for a file of keys and values, some of which are replaced, deleted or repeated under another name."""
+    """Return a strategy for YAML files with up to three values replaced, deleted or repeated under another name."""
     change = st.tuples(
         st.sampled_from(list(paths_of_nested_values(data))), st.sampled_from("vvvdk"), STRATEGY_FOR_ANY_VALUE
     )
@@ -147,7 +147,7 @@ def run_on_random_examples_for_share_of_fuzzing_time(
 
 
 class _CollectorOfTagsAndAttributesThatRunOrLoadCode(HTMLParser):
-    """Collects the scripts of a page, and other code that a browser would run."""
+    """Parser that collects the tags and attributes by which a page runs or loads code."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -162,7 +162,7 @@ class _CollectorOfTagsAndAttributesThatRunOrLoadCode(HTMLParser):
 
 
 def tags_and_attributes_that_run_or_load_code(page: str) -> list[str]:
-    """Return the tags, and attributes after their tag, by which a page runs or loads code or content."""
+    """Return each tag, or tag and attribute, by which a page runs or loads code or content."""
     parser = _CollectorOfTagsAndAttributesThatRunOrLoadCode()
     parser.feed(page)
     return parser.found

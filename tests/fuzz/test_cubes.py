@@ -40,7 +40,7 @@ pytestmark = pytest.mark.long
 
 @pytest.fixture(scope="module")
 def bytes_of_small_cube_file(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """Bytes of the file of a small cube."""
+    """Return the bytes of the NetCDF file of a small cube."""
     folder = tmp_path_factory.mktemp("cube")
     study = study_from_content(
         {
@@ -80,7 +80,7 @@ def make_and_check_explorer_page_of_cube(path: Path) -> None:
 
 
 def unexpected_error_or_crash_of_reader_in_child(read: Callable[[], Any]) -> str:
-    """Call a reader in a child process, which a damaged file may crash; return its unexpected error, if any."""
+    """Call a reader in a child process that it may crash; return the unexpected error or signal, or no text."""
     receiver, sender = os.pipe()
     child = os.fork()
     if not child:

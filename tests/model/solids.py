@@ -15,7 +15,7 @@ BOX_CORNERS_AND_SIGNS_BY_SOLID = {
 
 
 def mass_properties_of_solid_from_its_boxes(name: str) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return volume, centre and inertia per mass of a solid, as sums over its boxes (parallel axes)."""
+    """Return volume, centroid and inertia tensor per mass of a solid, by the parallel axis theorem over its boxes."""
     volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for low, high, sign in BOX_CORNERS_AND_SIGNS_BY_SOLID[name]:
         side, middle = np.subtract(high, low), np.add(high, low) / 2
@@ -94,7 +94,7 @@ def rotate_surface(surface: TriangleSurface, axis: int, angle_deg: float) -> Tri
 
 
 def write_mesh(surface: TriangleSurface, path: Path, factor: float = 1.0) -> Path:
-    """Write a surface as OBJ, binary or text PLY ("….text.ply"), or binary or text STL, by the ending of the name."""
+    """Write a surface times `factor` as OBJ, PLY or STL by its suffix; ".text" before .ply or .stl means text."""
     points, faces = surface.vertices * factor, surface.triangles
     if path.suffix == ".obj":
         lines = ["v {} {} {}".format(*one) for one in points] + ["f {} {} {}".format(*one) for one in faces + 1]

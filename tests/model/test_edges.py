@@ -48,7 +48,7 @@ def test_a_certain_fall_has_its_whole_probability_at_the_edge_passed_first() -> 
 
 
 def test_probabilities_of_falls_over_two_edges_match_a_hand_calculation() -> None:
-    """Of fall probabilities 1/2 and 1/5, the joint 1/10 goes to the edge passed first, or 5 to 2 without a time."""
+    """Of fall probabilities 1/2 and 1/5, the joint 1/10 is for the edge passed first, or split 5 to 2 if not known."""
     for first, second, shared in ((1.0, 2.0, 1.0), (2.0, 1.0, 0.0), (NAN, 1.0, 5 / 7)):
         over = fall_probability_over_each_edge(np.array([[0.5], [0.2]]), np.array([[first], [second]]))
         np.testing.assert_allclose(over[:, 0], [0.4 + 0.1 * shared, 0.1 + 0.1 * (1 - shared)])

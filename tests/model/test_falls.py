@@ -12,7 +12,7 @@ NAMES_OF_FALL_MEASURES = ("falls", "direction_cosine", "direction_sine", "axis_c
 
 
 def test_a_planar_fall_is_counted_towards_or_away_from_its_azimuth() -> None:
-    """¾ of the members fall, three towards the east for each towards the west; the northern case is missing."""
+    """¾ of the ensemble runs fall, three to the east for each to the west; outcomes at azimuth 0° are missing."""
     cube = xr.Dataset(
         {
             "overturned": ("azimuth", [np.nan, 1.0, np.nan, -1.0]),
@@ -55,7 +55,7 @@ def test_the_fall_direction_of_a_3d_body_is_its_fall_azimuth() -> None:
 
 @pytest.mark.parametrize(("spread", "apart"), [(14.0, False), (16.0, True)])
 def test_members_that_all_fall_are_apart_if_their_azimuths_spread_beyond_15_degrees(spread: float, apart: bool) -> None:
-    """Half of the members fall clockwise of north, half anticlockwise, by the same angle."""
+    """Half of the ensemble members fall `spread` degrees clockwise of north, half as much anticlockwise of it."""
     cube = xr.Dataset(
         {
             "probability_falls": ("orientation", [1.0, 0.5]),

@@ -56,7 +56,7 @@ def test_a_convex_mesh_becomes_a_polyhedron(tmp_path: Path, file: str) -> None:
 
 
 def test_variants_of_obj_ply_and_stl_are_read(tmp_path: Path) -> None:
-    """Polygons as faces, vertex numbers counted from the end, texture numbers, comments, further columns and lists."""
+    """Variants: polygons as faces, negative vertex numbers, numbers of normals, comments, further columns and lists."""
     whole, n = l_shaped_prism(), 6
     points = whole.vertices
     faces = [[0, 1, 2, 3, 4, 5], [6, 11, 10, 9, 8, 7], *([k, n + k, n + (k + 1) % n, (k + 1) % n] for k in range(n))]
@@ -101,7 +101,7 @@ def test_volume_and_inertia_of_a_mesh_equal_those_of_trimesh(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("start", range(5))
 def test_a_mesh_vertex_in_the_middle_of_an_edge_leaves_the_surface_closed(tmp_path: Path, start: int) -> None:
-    """A face with such a vertex is divided into triangles, one of which may have its corners on one line."""
+    """A face with a vertex in the middle of an edge is split into triangles; one may have collinear corners."""
     points = [*((x, y, z) for z in (0.0, 0.8) for x, y in ((0, 0), (0.2, 0), (0.2, 0.3), (0, 0.3))), (0.1, 0.0, 0.8)]
     upper = np.roll([4, 8, 5, 6, 7], start).tolist()
     faces = [[3, 2, 1, 0], upper, [0, 1, 5, 8, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
@@ -154,7 +154,7 @@ def test_a_mesh_whose_vertices_lie_in_a_plane_is_refused(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("file", ["far.stl", "far.ply", "far.obj"])
 def test_a_mesh_with_map_coordinates_in_single_precision_is_refused(tmp_path: Path, file: str) -> None:
-    """The same coordinates in double precision (PLY), or as text of 12 digits, are exact enough."""
+    """Single precision (STL) is refused; PLY in double precision and OBJ text with all digits are exact enough."""
     whole, place = l_shaped_prism(), np.array([400_000.0, 3_900_000.0, 120.0])
     path = write_mesh(whole._replace(vertices=whole.vertices + place), tmp_path / file)
     if file != "far.stl":

@@ -123,9 +123,9 @@ def test_area_and_inertia_of_a_polygon_match_the_sum_of_its_rectangles(
 
 
 def test_area_and_centre_of_a_trapezium_match_the_closed_form() -> None:
-    """Sides a = 0.8 below and b = 0.4 above, h = 1: A = h (a + b)/2, z = h (a + 2b)/(3 (a + b)).
+    """Parallel sides a = 0.8 (below) and b = 0.4, height 1: A = h (a + b)/2, z = h (a + 2b)/(3 (a + b)).
 
-    Its sides lean in by atan 0.2, so that it lies on one after a turn of 90° and as much again.
+    The other sides lean inwards by atan 0.2: a rotation by 90° + atan 0.2 brings the trapezium to rest on one of them.
     """
     shape = make_polygon("stone", [[-0.4, 0], [0.4, 0], [0.2, 1], [-0.2, 1]])
     assert shape.area == pytest.approx(0.6)

@@ -74,7 +74,7 @@ def concatenate_surfaces(*surfaces: TriangleSurface) -> TriangleSurface:
 
 @pytest.mark.parametrize("away", [5.0, 0.3], ids=["apart", "overlapping"])
 def test_a_mesh_of_several_bodies_is_refused(away: float) -> None:
-    """An overlap would count twice, and stones that do not touch would move as one."""
+    """The volume where bodies overlap would count twice, and stones that do not touch would move as one body."""
     with expect_error(ArgumentError, "2 separate parts", "one rigid body", brief=True):
         repair_surface_and_close_base(
             concatenate_surfaces(l_shaped_prism(), translate_surface(l_shaped_prism(), away, 0.0, 0.0))
@@ -168,7 +168,7 @@ def test_a_flap_of_two_opposite_mesh_faces_adds_no_volume() -> None:
 
 @pytest.mark.parametrize("all_of_it", [True, False])
 def test_mesh_triangles_that_are_listed_twice_count_once(all_of_it: bool) -> None:
-    """The second list starts each triangle at another corner."""
+    """Repeated triangles, whose lists start at another corner, are left out with a note."""
     whole = l_shaped_prism()
     again = np.roll(whole.triangles, 1, axis=1)[: None if all_of_it else 1]
     surface, notes = repair_surface_and_close_base(whole._replace(triangles=np.concatenate([whole.triangles, again])))
@@ -193,7 +193,7 @@ def test_a_cavity_in_a_mesh_is_not_taken_for_a_second_body() -> None:
 
 
 def test_an_open_planar_base_of_a_mesh_is_closed() -> None:
-    """Removing the faces of the base changes nothing, for one rim and for the two rims of a ring."""
+    """Mass properties stay the same if the base faces are removed and closed again, for one rim or two (a ring)."""
     for whole in (l_shaped_prism(), rectangular_ring(), column_with_overhanging_slab()):
         bottom = (whole.triangle_corners[:, :, 2] == 0.0).all(axis=1)
         assert bottom.sum() >= 2
@@ -257,7 +257,7 @@ def test_a_scanned_wedge_is_placed_on_its_nearest_face() -> None:
 
 @pytest.mark.parametrize("slope_deg", [0.001, 0.02, 0.046, 0.07, 1.0])
 def test_a_base_of_two_inclined_facets_rests_on_the_facet_below_the_centre(slope_deg: float) -> None:
-    """The base has a ridge beside the foot of the centre: on the facet beyond the ridge the body would not stand."""
+    """The base has a ridge beside the point below the centre of mass: on the facet beyond, the body would fall."""
     drop = np.tan(np.radians(slope_deg))
     outline = [(0.3, 0.9), (-0.3, 0.9), (-0.3, 0.25 * drop), (-0.05, 0.0), (0.3, 0.0)]
     points = np.array([[x, y, z] for y in (-0.2, 0.2) for x, z in outline])

@@ -35,7 +35,7 @@ def test_the_nearest_simulated_plane_is_selected_and_mirrored_if_needed(
 
 
 def test_the_nearest_simulated_orientation_is_selected_by_rotational_symmetry() -> None:
-    """Quarter turns of a square give all azimuths from three orientations; a body without symmetry has none."""
+    """Orientations 0, 30 and 60° serve all azimuths at a symmetry of 90° (square), but not without one (360°)."""
     found = nearest_simulated_directions([0, 30, 60], [1, 121, 260, -29], 90.0)
     assert (found.simulated_direction_index.tolist(), found.clockwise_rotation_from_simulated_deg.tolist()) == (
         [0, 1, 0, 2],
@@ -84,7 +84,7 @@ def test_rotational_symmetry_of_360_over_7_degrees_is_recognised() -> None:
     ],
 )
 def test_the_weight_of_a_plane_is_half_the_gap_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
-    """Weights, by hand, are shares of the 180° of all planes; the last plane and the first are neighbours."""
+    """Weights, computed by hand, are shares of 180°; the first and the last plane are neighbours, too."""
     np.testing.assert_allclose(
         plane_weights_by_azimuth_spacing(planes, divide_uncomputed_gaps_between_neighbours=True), weights, rtol=1e-12
     )

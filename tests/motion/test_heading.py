@@ -26,7 +26,7 @@ def test_axis_and_period_of_a_velocity_pulse_are_found_in_noise(azimuth: float) 
 
 
 def test_pulse_wavelet_values_match_pywavelets_db4() -> None:
-    """Values from PyWavelets 1.9, `Wavelet("db4").wavefun(level=14)`; energy, moments, shifts by definition."""
+    """Values are those of `Wavelet("db4")` in PyWavelets 1.9; energy is 1, moments and shifted products are 0."""
     wavelet, x = daubechies_wavelet_values(), np.arange(1793) / 256
     known = {1.5: 0.0449, 2.5: -0.0465, 3.0: -0.8872, 3.5: 1.0437, 4.0: -0.3975, 4.5: 0.0616, 5.5: 0.0026}
     assert np.interp(list(known), x, wavelet) == pytest.approx(list(known.values()), abs=5e-4)

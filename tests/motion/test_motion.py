@@ -231,7 +231,7 @@ def test_a_stream_in_counts_is_refused() -> None:
 
 
 def test_the_scale_factor_of_a_sac_file_is_not_applied(tmp_path: Path) -> None:
-    """As `overturning.read`: obspy stores the header field SCALE in calib."""
+    """Obspy stores the header field SCALE in `calib`; `from_obspy` ignores it, as `overturning.read` does."""
     found = stream_of_channels("HNN", "HNE")
     for trace in found:
         trace.stats.calib = 1.0

@@ -24,7 +24,7 @@ TIME = np.arange(0, 60, DT)
 def noise_with_decaying_signal_from_onset(
     onset_s: float, noise_standard_deviation: float, seed: int = 3, drift: float = 0.0
 ) -> np.ndarray:
-    """White noise of a standard deviation, with a decaying signal a hundred times as strong from ``ahead`` s on."""
+    """Return white noise with a decaying signal of standard deviation 1 from the onset on, and a linear drift."""
     random = np.random.default_rng(seed)
     envelope = np.where(onset_s <= TIME, np.exp(-(TIME - onset_s) / 10), 0.0)
     return (

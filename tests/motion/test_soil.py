@@ -87,7 +87,7 @@ def test_free_vibration_of_soil_does_not_wrap_to_the_start(noise_samples: np.nda
 def test_lightly_damped_soil_above_a_borehole_matches_the_closed_form(
     thickness: float, velocity: float, damping: float
 ) -> None:
-    """Below the layers, the rock carries no energy away: the ratio of surface to rock is 1/cos(ωH/v)."""
+    """A borehole motion is that of rigid rock: the ratio of surface to borehole motion is 1/cos(ωH/v), v complex."""
     layer = SoilLayer(thickness_m=thickness, velocity_m_s=velocity, damping=damping)
     late = np.zeros(2000)
     late[-500:] = np.random.default_rng(3).normal(size=500) * np.hanning(500)
@@ -146,7 +146,7 @@ def test_soil_with_a_strain_curve_amplifies_strong_motion_less_than_weak(noise_s
 
 
 def test_a_soil_strain_beyond_the_curve_is_noted(noise_samples: np.ndarray) -> None:
-    """At the end of a curve modulus and damping stay the same, so that the iteration converges at any strain."""
+    """Beyond the end of a curve, modulus and damping are constant, so the iteration converges at any strain."""
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})  # ends at a strain of 1 %
     within, beyond = (
         propagate_through_soil(scale * noise_samples, SAMPLING_INTERVAL_S, [soft], ROCK) for scale in (10.0, 30.0)
@@ -176,7 +176,7 @@ def test_an_invalid_soil_profile_is_refused(noise_samples: np.ndarray) -> None:
     [("Iwasaki, 0.25 atm", "damping"), ("Seed & Idriss, Sand Lower", "modulus reduction")],
 )
 def test_a_soil_curve_without_modulus_or_damping_is_refused(curve: str, part: str) -> None:
-    """In pystrata one of the curves has no damping and the other no modulus reduction; a soil layer needs both."""
+    """One curve has no damping in pystrata, the other no modulus reduction; a soil layer needs both properties."""
     layer = LAYER.model_copy(update={"curve": curve})
     for refusal in (
         check_pystrata_has_soil_curves,
@@ -201,7 +201,7 @@ def test_processing_with_a_soil_site_gives_the_motion_at_the_soil_surface() -> N
 
 
 def test_borehole_motion_is_not_treated_as_outcrop() -> None:
-    """As outcrop, a borehole motion would give a too weak surface motion: it contains downgoing waves."""
+    """A borehole motion contains downgoing waves: treated as outcrop motion it gives too weak a surface motion."""
     deep = replace(PULSE, extra={"declared": ["borehole sensor"], "processed": True})
     with expect_error(RecordError, "record pulse: of a borehole", "write `motion: within` at the site"):
         process_record(deep, (), SoilSite(layers=[LAYER], rock=ROCK))
@@ -211,7 +211,7 @@ def test_borehole_motion_is_not_treated_as_outcrop() -> None:
 
 
 def test_components_at_the_soil_surface_have_equal_length(noise_samples: np.ndarray) -> None:
-    """The soil vibrates longer under the component that ends abruptly; the others are continued by zeros."""
+    """The soil vibrates longest under the component that ends abruptly; zeros extend the other components."""
     late = np.zeros(noise_samples.size)
     late[-50:] = np.hanning(50)
     light = SoilSite(layers=[{"thickness_m": 30, "velocity_m_s": 100, "damping": 0.01}], rock=ROCK)
@@ -224,7 +224,7 @@ def test_components_at_the_soil_surface_have_equal_length(noise_samples: np.ndar
 
 
 def test_a_record_passed_to_a_study_is_propagated_through_its_soil_site() -> None:
-    """For a sine at the period of the layer, 4 H/v, the surface overturns blocks that stand on rock."""
+    """A sine at the period of the layer, 4 H/v, overturns more blocks at the soil surface than on rock."""
     motion = Motion.sine(amplitude=2.0, period=0.4, cycles=6)
     keys = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.3], "height": [0.3], "ensemble": {"members": 0}}
     rock, soft = (run_study([motion], **keys, **more) for more in ({}, {"site": SOIL_SITE_SETTINGS}))

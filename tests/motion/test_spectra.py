@@ -108,7 +108,7 @@ def test_a_non_finite_sample_gives_a_missing_peak(value, place):
 
 
 def test_largest_motion_along_azimuths_is_exact_for_motion_along_one_line():
-    """For motion along N60E only, the lower bound across it is zero, and no sample may be left out."""
+    """For motion along N60E only, the lower bound of the peak across this line is zero: no sample may be skipped."""
     wave = np.random.default_rng(0).normal(size=5000)
     pair = np.stack([wave * 0.5, wave * math.sqrt(0.75)])
     azimuths = np.arange(0.0, 360.0, 7.5)
@@ -135,7 +135,7 @@ def test_the_interpolated_motion_passes_through_its_samples(count):
 @pytest.mark.parametrize("period", [0.05, 0.3, 1.0, 4.0])
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.2])
 def test_oscillator_response_to_an_acceleration_step_matches_the_closed_form(period, damping):
-    """D = a/ω² (1 + exp(−πh/√(1−h²))) at half a period, the textbook overshoot."""
+    """Acceleration step a, damping ratio h: peak D = a/ω² (1 + exp(−πh/√(1−h²))) at half a period."""
     steady = np.concatenate([np.zeros(100), np.full(4000, 2.0)])
     omega = 2 * math.pi / period
     overshoot = 1 + math.exp(-math.pi * damping / math.sqrt(1 - damping**2))
@@ -148,7 +148,7 @@ def test_oscillator_response_to_an_acceleration_step_matches_the_closed_form(per
 @pytest.mark.parametrize("period", [10.0, 20.0, 100.0, 1000.0])
 @pytest.mark.parametrize("damping", [0.0, 0.05])
 def test_response_spectra_include_free_vibration_after_the_motion(period, damping):
-    """The velocity V of a short pulse: D = V/ω exp(−h/√(1−h²) arccos h), a quarter of a period after the pulse."""
+    """After a short pulse of velocity V: D = V/ω exp(−h/√(1−h²) arccos h), a quarter of a period later."""
     pulse = np.where((np.arange(300) > 100) & (np.arange(300) < 120), 1.0, 0.0)
     omega, speed = 2 * math.pi / period, 0.005 * pulse.sum()
     motion = Motion(pulse, 0 * pulse, sampling_interval=0.005)
@@ -246,7 +246,7 @@ PYSHINDO_RESULTS_FOR_RINALDI = {
 
 
 def motion_with_vertical_from_time_reversed_east(record: Record) -> Motion:
-    """Return the motion of a record with a vertical component made from the reversed east component."""
+    """Return the motion of a record, whose vertical is half the east component reversed in time."""
     return Motion(record.north, record.east, 0.5 * record.east[::-1], sampling_interval=record.sampling_interval)
 
 
@@ -350,7 +350,7 @@ def test_fourier_amplitudes_of_a_sine_and_an_impulse_match_the_closed_forms():
 
 
 def test_konno_ohmachi_smoothing_matches_its_formula_and_pykooh():
-    """Compared with the normalised window [sin(b log₁₀ f/f_c)/(b log₁₀ f/f_c)]⁴, and with pykooh."""
+    """Reference: the window [sin(b log₁₀ f/f_c)/(b log₁₀ f/f_c)]⁴, normalised to sum 1, and pykooh."""
     random = np.random.default_rng(3)
     frequency = np.arange(0, 25, 0.05)
     amplitude = random.uniform(0.5, 2, frequency.size)
@@ -516,10 +516,11 @@ def test_the_degree_of_the_jma_scale_follows_from_the_published_intensity():
 
 
 def test_the_jma_filter_matches_its_formula_at_special_frequencies():
-    """The notice of 1996: f^-½, (1 + 0.694 x² + … + 0.000155 x¹²)^-½ of x = f/10, and √(1 − exp(−(f/0.5)³)).
+    """The gain is the product of three factors in JMA's notice of 1996.
 
-    At 10 Hz the high cut is the root of the sum of its coefficients, 2.001859, and the low cut 1; at 0.5 Hz the low
-    cut is √(1 − 1/e) and the high cut as good as 1.
+    The factors are f^-½, the high cut (1 + 0.694 x² + … + 0.000155 x¹²)^-½ with x = f/10, and the low cut
+    √(1 − exp(−(f/0.5)³)). At 10 Hz the high cut is 2.001859^-½ (the sum of its coefficients) and the low cut
+    is 1; at 0.5 Hz the low cut is √(1 − 1/e) and the high cut is nearly 1.
     """
     at = jma_filter_gain(np.array([0.0, 0.5, 10.0, 0.01]))
     assert at[0] == 0

@@ -105,7 +105,7 @@ class HandlerWithPlannedFailures(BaseHTTPRequestHandler):
             )
 
     def send_body_with_behaviour(self, mode: str, body: bytes) -> None:
-        """Send a body with the behaviour named by `mode`: whole, cut, delayed, wrong, or with an error status."""
+        """Send a body as `mode` says: whole ("good"), cut, stalled, replaced, or with an HTTP error status ("503")."""
         first = 0
         if mode != "no ranges" and (wanted := self.headers.get("Range")):
             first = int(wanted.removeprefix("bytes=").removesuffix("-"))

@@ -24,7 +24,7 @@ UNDETECTABLE_MUTATIONS = {
 
 
 def text_mutation_from_change_of_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]:
-    """Return a mutation of a text that applies a change to the list of its lines."""
+    """Return a mutation, from text to damaged bytes, that applies a change to the list of the text's lines."""
     return lambda text: "".join(change(text.splitlines(keepends=True))).encode()
 
 
@@ -42,7 +42,7 @@ def line_change_replacing_first_number(index: int, word: str) -> Callable[[list[
 
 
 def named_mutations_of_any_text_format(header_line_count: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
-    """Yield names and mutations that apply to every text format with a given number of header lines."""
+    """Yield (name, mutation) for a text file of any format; a mutation turns text into damaged bytes."""
     for percent in (1, 5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95, 99):
         yield f"cut at {percent} %", lambda t, p=percent: t[: len(t) * p // 100].encode()
     for characters in (1, 2, 3, 5, 8, 13, 40, 100):
@@ -250,7 +250,7 @@ PEAK_PATTERNS_BY_FORMAT = {
 
 
 def named_mutations_of_first_file_of_format(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
-    """Yield names and mutations of the first file of a format."""
+    """Yield (name, mutation) for the first valid file of a format; a mutation turns text into damaged bytes."""
     first = next(iter(VALID_FILES_AND_HEADER_LINE_COUNTS[form][0].values()))
 
     def mutation_with_replacements(*changes: tuple[str, str]) -> Callable[[str], bytes]:

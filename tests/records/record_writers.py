@@ -18,7 +18,7 @@ def format_header_filled_from_template(form: str, samples, interval: float, **mo
 
 
 def list_of_header_numbers_with_known_values(size: int, unknown: float, known: dict[int, tuple]) -> list:
-    """Return a list of header numbers: the known ones from their places on, and `unknown` in all other places."""
+    """Return `size` numbers: `known` maps a place (from 0) to the values that begin there, the others are `unknown`."""
     found = [unknown] * size
     for place, values in known.items():
         found[place : place + len(values)] = values
@@ -61,7 +61,7 @@ def write_knet_component_files(
 
 
 def fixed_width_columns(values, width: int, decimals: int, per_line: int, form: str = "f") -> str:
-    """Return numbers in FORTRAN columns of fixed width, without the leading zero where it does not fit."""
+    """Return numbers in FORTRAN columns of fixed width; a number that is too wide loses its leading zero."""
     form = f"{width}.{decimals}{form}"
     words = [format(value, form) for value in (values.tolist() if isinstance(values, np.ndarray) else values)]
     words = [word if len(word) <= width else word.replace("0.", ".", 1).strip().rjust(width) for word in words]
@@ -141,7 +141,7 @@ def csmip_pairs_text(channels: dict, interval: float) -> str:
 
 
 def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "Corrected") -> str:
-    """Text of a COSMOS 1.20 file; ``channels`` maps axis text (340 deg) to (code, samples in the unit)."""
+    """Return a COSMOS 1.20 file; ``channels`` maps axis text (340 deg) to (axis code, samples), ``unit`` is a code."""
     word = {2: "g", 4: "cm/sec2", 5: "cm/sec", 50: "counts"}[unit]
     text = ""
     for number, (axis, (code, samples)) in enumerate(channels.items(), 1):

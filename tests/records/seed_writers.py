@@ -25,7 +25,7 @@ def broadband_velocity_response(frequency):
 
 
 def response_metadata_of_sensor(gain: float, unit: str, *, broadband: bool = False) -> Response:
-    """Return obspy's response metadata of a sensor with a gain only, or of a broadband seismometer."""
+    """Return obspy's response metadata of a sensor of flat response, or of a broadband seismometer."""
     zeros, poles = ([0j, 0j], list(POLES)) if broadband else ([], [])
     norm = float(np.prod([abs(2j * np.pi - pole) for pole in poles])) / (4 * PI_SQUARED) if broadband else 1.0
     stage = PolesZerosResponseStage(
@@ -38,9 +38,9 @@ def write_stationxml_of_channels(
     path: Path, channels: dict, *, station="TST1", gain: float = 400_000.0, unit: str = "M/S**2", depth: float = 0.0,
     broadband: bool = False, rate: float = 100.0, rates: dict[str, float] | None = None,
 ) -> Path:  # fmt: skip
-    """Write a StationXML file; ``channels`` maps code (HNN, or 10.HNN with its location) to (azimuth, dip).
+    """Write a StationXML file; ``channels`` maps channel code (HNN or, with location, 10.HNN) to (azimuth, dip).
 
-    ``rates`` are sampling rates by band and instrument code (BN), where they are not ``rate``.
+    ``rates`` maps band and instrument code (HN) to a sampling rate in Hz; other channels have ``rate``.
     """
     listed = [
         Channel(

@@ -102,7 +102,7 @@ def test_velocities_in_an_archive_of_accelerations_are_skipped(tmp_path, form, o
 
 @pytest.mark.parametrize("pack", [zip_archive, tar_archive])
 def test_extra_files_do_not_make_an_archive_unreadable(tmp_path, pack):
-    """Resource files and folder settings of macOS, plots of NIED, and documents (zip files themselves)."""
+    """System files of macOS and Windows, plots, and documents (which may be zip files) are ignored without a note."""
     wave = 100.0 * np.sin(np.arange(1000) / 10)
     text = csmip_text({"360 Deg": (360, wave), "90 Deg": (90, 0.5 * wave)}, 100, volume=2).encode()
     resource = b"\0\5\x16\7\0\2\0\0Mac OS X        " + bytes(60)
@@ -154,7 +154,7 @@ SEARCH_RESULTS = """PEER Ground Motion Database
 
 
 def test_a_peer_archive_is_read_despite_its_search_results_table(tmp_path):
-    """Regression: the archive was refused because the table in it is not a record."""
+    """Regression: an archive of PEER was refused because its table of search results is not a record."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     files = {name: text.encode() for name, text in TEXT_FORMATS_WITH_WRITERS["peer"].file_texts_by_name(*steps).items()}
     path = tmp_path / "peer.zip"
@@ -298,7 +298,7 @@ def test_harmful_archives_are_refused(tmp_path, name):
 
 
 def archive_bomb(kind: str) -> bytes:
-    """Return an archive that unpacks to too many bytes or too many files."""
+    """Return an archive of a kind (zip, many, gz, bz2, tar) that unpacks to too many bytes or, for many, files."""
     zeros = b"\0" * 10_000_000
     buffer = io.BytesIO()
     if kind == "zip":

@@ -109,7 +109,7 @@ ROW_WITH_ALL_DESCRIPTIVE_COLUMNS = RecordTableRow(
 
 
 def test_descriptive_columns_of_the_record_table_change_no_sample(tmp_path):
-    """The other columns are for the reader; labels do not affect the samples."""
+    """Columns such as station and event names describe a record; samples are the same with and without them."""
     assert {name for name in RecordTableRow.model_fields if getattr(ROW_WITH_ALL_DESCRIPTIVE_COLUMNS, name) not in ("",
     None, False, 0.0)} == {
         *COLUMNS_NOT_AFFECTING_SAMPLES, "id", "source", "format",
@@ -146,7 +146,7 @@ def test_a_fault_trace_is_split_into_pieces_at_semicolons() -> None:
 
 
 def test_record_table_coordinates_without_a_source_are_noted(tmp_path):
-    """Coordinates that the file states need none: the file is their source."""
+    """Coordinates in the record table need a source; those in a record file do not, as the file is their source."""
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")

@@ -33,7 +33,7 @@ def write_columns(path, *axes, time=TIME):
 
 
 def read_record_from_columns(path, declared="time:s north:m/s2 east:m/s2", **more):
-    """Read a file of columns with the declared meaning, without processing."""
+    """Read a file of columns, whose quantities and units are in `declared`, without processing."""
     return read_record_without_processing(
         path, DeclaredFileProperties(columns=declared, processed=more.pop("processed", True), **more)
     )
@@ -80,7 +80,7 @@ def test_two_horizontal_components_without_motion_are_refused(tmp_path):
 
 
 def test_a_component_that_turns_constant_during_the_motion_is_reported(tmp_path):
-    """East stands from 6 s on, where its last sample was; north has its peak at 8 s."""
+    """East is constant from 6 s on, although the ground still moves: north has its peak at 8 s."""
     path = write_columns(tmp_path / "x.csv", NORTH, np.where(TIME < 6.0, EAST, EAST[600]))
     (note,) = read_record_from_columns(path, processed=False).notes
     assert "x.csv: axis 'east' stands still from 6 to 19.99 s while the ground moves" in note
@@ -112,7 +112,7 @@ def test_a_clipped_component_is_reported_with_its_number_of_clipped_samples(tmp_
 @pytest.mark.parametrize("bits", [4, 6, 8, 10, 14])
 @pytest.mark.parametrize("hertz", [0.1, 0.5, 1.0, 3.0])
 def test_the_rounded_top_of_a_smooth_wave_is_not_taken_for_clipping(bits, hertz):
-    """Coarse digitisers give several equal samples at a peak; the same wave cut at 70 % of it is found."""
+    """Coarse digitisers repeat samples at a peak, which is no clipping; a wave cut at 70 % of its peak is clipped."""
     wave = np.sin(2 * np.pi * hertz * TIME + 0.3) * np.exp(-TIME / 15)
     counts = np.round(wave * 2**bits)
     assert clipped_sample_count_and_level(counts) == (0, 0.0)

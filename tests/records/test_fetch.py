@@ -36,7 +36,7 @@ def server(tmp_path: Path) -> Iterator[ServerWithPlannedFailures]:
 
 
 def fetch_file(server: ServerWithPlannedFailures, folder: Path, **more):
-    """Download the file of the test server into a folder, with short waits."""
+    """Download the file of the test server into a folder, with short pauses between tries."""
     options = {"timeout_s": 0.4, "first_pause_s": 0.001} | more
     return fetch_url(f"{server.address}/a/x.bin", HASH, folder, **options)
 
@@ -152,7 +152,7 @@ def waveform_request(server: ServerWithPlannedFailures, **more) -> FdsnWaveformR
 
 
 def fetch_waveforms(server: ServerWithPlannedFailures, folder: Path, **more):
-    """Fetch waveforms and metadata of the test station into a folder, with short waits."""
+    """Fetch waveforms and metadata of the test station into a folder, with short pauses between tries."""
     return fetch_fdsn_record(waveform_request(server, **more), folder, max_tries=3, timeout_s=0.4, first_pause_s=0.001)
 
 

@@ -112,7 +112,7 @@ def test_any_samples_written_in_a_text_format_are_read_back(form, samples):
 
 @pytest.mark.parametrize("form", ["knet", "peer", "csmnc", "esm"])
 def test_a_file_with_a_sample_split_in_two_is_refused(tmp_path, form):
-    """Regression: with a blank inside a number, all later samples were shifted; only a note told of one too many."""
+    """Regression: a blank inside a number shifted all later samples, and only a note told of one sample too many."""
     files = TEXT_FORMATS_WITH_WRITERS[form].file_texts_by_name(*SAMPLES_AS_MULTIPLES_OF_FORMAT_RESOLUTION)
     name, text = next(iter(files.items()))
     lines = text.splitlines(keepends=True)
@@ -186,7 +186,7 @@ def test_samples_with_the_opposite_sign_of_the_header_peak_are_refused(tmp_path,
 
 @pytest.mark.parametrize(("from_up", "refusal"), [(90, ""), (87, ""), (45, "dips by -45°"), (84, "dips by -6°")])
 def test_smc_of_an_inclined_axis_is_refused(tmp_path, from_up, refusal):
-    """Regression: the inclination in the integers was ignored, if it was not that of a vertical axis."""
+    """Regression: the inclination in the header integers was ignored unless it was that of a vertical axis."""
     files = {"a.smc": smc_text(A, 100, "360", vertical=from_up), "b.smc": smc_text(B, 100, "90")}
     if refusal:
         with expect_error(
@@ -320,7 +320,7 @@ def test_csmip_column_width_is_inferred_where_no_format_is_stated(tmp_path, volu
 
 
 def test_csmip_volume_2_files_of_the_1980s_are_read(tmp_path):
-    """Capitals, CMS/SEC/SEC, and a data line without unit and format: the unit is that of the stated peak."""
+    """Capital letters, CMS/SEC/SEC, and no unit or format in the data line: the unit of the stated peak is used."""
     text = csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2).upper()
     text = text.replace("CM/SEC/SEC", "CMS/SEC/SEC").replace(", IN CM/SEC2. (8F10.4)", ".")
     assert_components(write_files_and_read_record(tmp_path, text), B * 0.01, A * 0.01)
@@ -374,7 +374,7 @@ def test_channels_of_several_places_in_a_structure_are_refused_as_one_record(tmp
 
 
 def test_files_of_two_places_at_one_station_are_separate_records(tmp_path):
-    """Regression: CESMD channel files of footing and deck made one record; a free-field one made all unreadable."""
+    """Regression: CESMD files of footing and deck made one record; a free-field file made all files unreadable."""
     channels = {"90 Deg": (90, A), "360 Deg": (360, B), "Up": (0, C)}
 
     def write_channel_files(first: int, place: str, axes: dict[str, tuple[int, np.ndarray]]) -> None:
@@ -462,7 +462,7 @@ def test_cwa_columns_are_read_in_any_order_and_sense(tmp_path):
 
 
 def test_jma_csv_is_read_in_shift_jis_with_columns_in_any_order(tmp_path):
-    """Files from the web site and from a spreadsheet; older ones have ``SAMPLING FREQ`` and two-digit years."""
+    """Files from the web site and from a spreadsheet are read, and old ones (``Sampling Freq``, two-digit years)."""
     text = jma_text(A, B, C)
     (tmp_path / "a.csv").write_bytes(text.encode("shift_jis").replace(b"\n", b"\r\n"))
     record = read_record_without_processing(tmp_path / "a.csv")
@@ -499,7 +499,7 @@ def test_csmnc_files_without_recorder_time_are_read(tmp_path):
     ],
 )
 def test_a_cismid_file_counts_as_processed_if_its_comments_name_a_filter(tmp_path, comment, processed):
-    """A file that counts as processed keeps its long-period noise."""
+    """A baseline correction alone does not count; a file that counts as processed keeps its long-period noise."""
     record = write_files_and_read_record(tmp_path, cismid_text(A, B, C).replace("BASELINE CORRECTED", comment))
     assert record.extra["processed"] == processed
 
@@ -575,7 +575,7 @@ def test_two_digit_years_are_not_before_the_first_accelerogram(tmp_path, year, s
 
 @pytest.mark.parametrize(("axis", "code", "sense"), [("Up", 500, 1), ("Down", 600, -1)])
 def test_csmip_vertical_axis_text_is_compared_with_its_code(tmp_path, axis, code, sense):
-    """Code 500 is up, as in CSMIP's own files, and 600 down."""
+    """Code 500 is up, as in CSMIP's own files, and 600 is down; the text Up or Down must agree with the code."""
     channels = {"360 Deg": (360, A / 1000), "270 Deg": (270, B / 1000), axis: (code, C / 1000)}
     assert_components(
         write_files_and_read_record(tmp_path, csmip_text(channels, 100)),
@@ -664,7 +664,7 @@ def test_bhrc_components_without_an_end_mark_are_refused(tmp_path):
 
 
 def test_a_sampling_interval_that_contradicts_the_length_is_refused(tmp_path):
-    """Regression: 210 samples of 10 ms had twice the length because of another interval in the header."""
+    """Regression: an interval of 20 instead of 10 ms in the header doubled the length, against the stated duration."""
     texts = [esm_text(A, 0.01, "HNE"), esm_text(B, 0.01, "HNN"), unam_text({"N00E": A, "N90E": B})]
     stated = ("SAMPLING_INTERVAL_S: 0.01", "SAMPLING_INTERVAL_S: 0.01", "/0.01/")
     wrong = [text.replace(old, old.replace("1", "2")) for text, old in zip(texts, stated, strict=True)]
@@ -984,7 +984,7 @@ def test_axes_without_a_direction_are_refused_unless_declared(tmp_path, axes, wo
 
 
 def test_declared_azimuths_follow_the_order_of_files_with_a_note(tmp_path):
-    """Regression: the file that was named alone got the first azimuth, and nothing said which axis had which."""
+    """Regression: a file named alone got the first azimuth, even if second; no note told the azimuth of each axis."""
     files = peer_file_pair(A, B, ("H1", "H2"))
     first, second = files
     for (one, x), (other, y) in (((first, A), (second, B)), ((second, B), (first, A))):

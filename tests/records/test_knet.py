@@ -142,7 +142,7 @@ def read_knet_text(text: str, name: str = "T.NS"):
 
 
 def test_fractional_k_net_rates_and_scale_factors_are_read_exactly():
-    """Obspy takes 99.5Hz as 99 and 7845.6(gal) as 7845."""
+    """Obspy's reader drops the decimals: 99.5Hz is 99 and 7845.6(gal) is 7845."""
     component = read_knet_text(knet_text(NORTH[:199], rate="99.5Hz", scale=("7845.6", 8223790)))
     assert component.sampling_interval == 1 / 99.5
     np.testing.assert_allclose(component.acceleration, NORTH[:199] * 7845.6 / 8223790 * 0.01, rtol=1e-12)
@@ -200,7 +200,7 @@ def test_an_archive_of_many_stations_needs_the_station_to_be_named(tmp_path):
 
 
 def test_orientation_corrections_in_the_record_table_rotate_the_components(tmp_path):
-    """A sensor whose north is N7W of magnetic north, which is 5° east of true north: azimuths −2 and 88."""
+    """The sensor's north is 7° west of magnetic north, which is 5° east of true north: azimuths −2° and 88°."""
     write_knet_component_files(tmp_path, "T", NORTH, EAST)
     entry = RecordTableRow(
         id="t", format="kik-net", source="T", orientation_correction_deg=-7, magnetic_declination_deg=5

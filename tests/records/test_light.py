@@ -29,7 +29,7 @@ CODE_PRINTING_IMPORTED_PACKAGES = "import sys\nprint(*sorted({m.split('.')[0] fo
 
 @pytest.fixture(scope="module")
 def packages_imported_by_reading_and_storing() -> list[set[str]]:
-    """Packages that a new process has imported after it has read a record, and after it has stored it."""
+    """Return two sets: packages imported by a new process after reading a record, and after storing it."""
     code = (
         READING_CODE + CODE_PRINTING_IMPORTED_PACKAGES + MOTION_FILE_ROUND_TRIP_CODE + CODE_PRINTING_IMPORTED_PACKAGES
     )

@@ -64,15 +64,15 @@ def write_valid_files(folder: Path, form: str) -> list[Path]:
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Replace a file by a new one: overwriting makes some file systems write to disk at once."""
+    """Replace a file by a new one; some file systems write an overwritten file to disk at once."""
     path.unlink()
     path.write_bytes(content)
 
 
 def describe_fault_in_reading_mutated_files(paths: list[Path], good: Record, newlines: int = 1) -> str:
-    """Read mutated files and describe what is wrong with the result or the error; empty if nothing is.
+    """Read damaged files and describe what is wrong with the result or the error; empty if nothing is.
 
-    They are refused by name, or read to the numbers of the whole file, or it is said what was left out.
+    Right is an error that names a file, the samples of the undamaged record, or a note of what was left out.
     """
     try:
         with limited_time_and_memory():
@@ -217,7 +217,7 @@ def test_reading_without_permission_gives_record_error(tmp_path, monkeypatch):
 
 
 def test_stationxml_alone_and_empty_archives_are_refused_by_name(tmp_path):
-    """Regression: they ended in an IndexError."""
+    """Regression: StationXML without waveforms and archives without files ended in an IndexError."""
     alone = write_stationxml_of_channels(tmp_path / "s.xml", {"HNN": (0.0, 0.0)})
     with expect_error(RecordError, "s.xml: StationXML alone; name the file of a record, too"):
         read_record_without_processing(alone)

@@ -112,7 +112,7 @@ def test_the_taper_is_half_a_cosine_bell():
 @pytest.mark.parametrize("order", [1, 2, 4])
 @pytest.mark.parametrize("frequency", [0.25, 0.5, 1.0, 2.0])
 def test_filters_have_the_squared_butterworth_gain_and_no_phase_shift(order, frequency):
-    """|H|² = 1/(1 + (f/f_c)^2n) after two passes; a half at the corner."""
+    """After two passes the gain is |H|² = 1/(1 + (f/f_c)^2n), for a high-pass with f_c/f: ½ at the corner."""
     ratio = frequency / 0.5
     for step, gain in (
         (Lowpass(corner_hz=0.5, order=order), 1 / (1 + ratio ** (2 * order))),
@@ -125,7 +125,7 @@ def test_filters_have_the_squared_butterworth_gain_and_no_phase_shift(order, fre
 
 
 def test_a_high_pass_filter_leaves_no_drift_and_shifts_the_start():
-    """Offset and ramp in acceleration give 18 m of displacement without the filter, and millimetres with it."""
+    """An offset in acceleration gives 18 m of displacement without the filter, and less than 2 mm with it."""
     done = process_record(trusted_record_of_components(tapered_sine(1.0) + 0.01), [Highpass(corner_hz=0.2, order=2)])
     velocity = integrate(done.north, DT)
     displacement = integrate(velocity, DT)
@@ -137,7 +137,7 @@ def test_a_high_pass_filter_leaves_no_drift_and_shifts_the_start():
 
 @pytest.mark.parametrize("offset", [0.3, -0.05])
 def test_a_high_pass_filter_of_an_offset_leaves_no_step(offset):
-    """Without the taper, the steps at the ends would double the velocity."""
+    """The offset is subtracted before the filter: steps at its ends would double the peak velocity."""
     shaken = tapered_sine(1.0) * np.hanning(TIME.size)
     for first in ([], [RemoveMean()], [RemoveMean(), Taper(length_s=2.0)], [Detrend(order=0)]):
         speed = integrate(
@@ -157,7 +157,7 @@ def test_no_processing_step_turns_an_offset_into_spikes_at_the_ends(step):
 
 
 def test_a_motion_between_periods_of_rest_is_not_treated_as_an_offset():
-    """The result is the filtered record with zeros on both sides."""
+    """A pulse between periods of rest is padded with zeros on both sides and filtered; no offset is removed."""
     pulse = np.where(np.abs(TIME - TIME[-1] / 2) < 5.0, 1.0, 0.0)
     done = process_record(trusted_record_of_components(pulse), [Highpass(corner_hz=0.1)]).north
     between_zeros = np.pad(pulse, (done.size - pulse.size) // 2)
@@ -166,7 +166,7 @@ def test_a_motion_between_periods_of_rest_is_not_treated_as_an_offset():
 
 
 def test_boore_2001_correction_removes_known_offsets():
-    """Offsets of 0.05 m/s² from 20 to 25 s and of 0.002 afterwards: the scheme's own model, so it finds them."""
+    """Offsets of 0.05 m/s² from 20 to 25 s and of 0.002 m/s² afterwards are as in the scheme's own model."""
     motion = tapered_sine(2.0)
     offset = np.where((TIME >= 20) & (TIME < 25), 0.05, 0.0) + np.where(TIME >= 25, 0.002, 0.0)
     done = process_record(
@@ -198,7 +198,7 @@ def test_boore_2001_correction_leaves_zero_final_velocity_at_any_sampling(
 
 
 def test_a_baseline_correction_without_effect_is_noted() -> None:
-    """Regression: a fitted line that is zero before the record removes nothing, but was reported as a correction."""
+    """Regression: a velocity line that crosses zero only before the record has no effect, but was noted as used."""
     sunk = tapered_sine(2.0) + np.where(
         TIME < 0.05, 5.0, 0.01
     )  # the line at the end is zero 25 s before the first sample

@@ -113,7 +113,7 @@ def test_a_ricker_pulse_is_the_second_derivative_of_a_gaussian():
 
 
 def velocity_by_mavroeidis_papageorgiou(pulse, time):
-    """Velocity of a pulse by equation 3 of Mavroeidis & Papageorgiou (2003), m/s, with V = A T/(2π)."""
+    """Return the velocity of a pulse by equation 3 of Mavroeidis & Papageorgiou (2003), m/s, with V = A T/(2π)."""
     after_the_middle = time - 0.5 * pulse.gamma * pulse.period_s
     envelope = 1 + np.cos(2 * np.pi * after_the_middle / (pulse.gamma * pulse.period_s))
     peak = pulse.amplitude_gal / 100 * pulse.period_s / (2 * np.pi)
@@ -154,7 +154,7 @@ def test_a_constant_pulse_is_zero_outside_its_stated_duration():
 def test_a_jump_at_a_pulse_end_lengthens_it_by_half_a_sampling_interval(
     line: str, long: float, interval: float
 ) -> None:
-    """With straight lines between samples, the ramp at each end adds A Δt/2 to the velocity (A: acceleration)."""
+    """Straight lines join samples: the ramp at each end of a pulse adds A Δt/2 to the velocity (A: acceleration)."""
     record = record_of_pulse(parse_pulse(f"{line} amplitude_gal=50 sampling_interval_s={interval}"))
     assert record.velocity[0, -1] == pytest.approx(0.5 * (long + interval), rel=1e-9)
 

@@ -75,7 +75,7 @@ def test_channels_of_two_location_codes_are_refused_as_one_record(tmp_path):
 
 
 def test_an_accelerometer_and_a_velocity_sensor_are_refused_as_one_record(tmp_path):
-    """Regression: north of one station or location and east of another made a record."""
+    """Regression: a north component and an east one of another station or location were joined into one record."""
     metadata = write_stationxml_of_channels(
         tmp_path / "s.xml", {"HNN": (0.0, 0.0), "BNE": (90.0, 0.0), "HNE": (90.0, 0.0)}
     )
@@ -134,7 +134,7 @@ def test_stations_in_one_miniseed_file_become_separate_records(tmp_path, later):
 
 @pytest.mark.parametrize("dip", [3.0, -4.9, 0.5])
 def test_axes_inclined_by_a_few_degrees_keep_their_azimuth_and_sense(tmp_path, dip):
-    """Regression: with a dip above 1° the code's direction replaced the stated azimuth, and down became up."""
+    """Regression: for a dip above 1° the channel code's direction replaced the stated azimuth, and down became up."""
     first, second = (
         (np.cos(np.radians(37.0)), np.sin(np.radians(37.0))),
         (-np.sin(np.radians(37.0)), np.cos(np.radians(37.0))),
@@ -171,7 +171,7 @@ def test_an_axis_neither_horizontal_nor_vertical_is_refused(tmp_path, dip):
 
 
 def test_stated_azimuth_without_dip_overrides_channel_code(tmp_path):
-    """Regression: the code's direction replaced the stated azimuth."""
+    """Regression: the direction that the channel code means replaced the stated azimuth."""
     paths = [
         write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, None) for c, x, a in (("HNN", N, 180.0), ("HNE", E, 270.0))
     ]
@@ -195,7 +195,7 @@ def test_a_blank_location_code_identifies_a_separate_sensor(tmp_path):
     ],
 )
 def test_sac_components_of_different_stations_or_unknown_start_are_refused(tmp_path, words, values, why):
-    """Header words NZYEAR, STLA and STLO, KNETWK. Regression: an undated component was aligned at its first sample."""
+    """SAC words NZYEAR, STLA, STLO, KNETWK. Regression: an undated component was aligned by its first sample."""
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     header = bytearray(paths[1].read_bytes())
     for word, value in zip(words, values, strict=True):
@@ -209,7 +209,7 @@ def test_sac_components_of_different_stations_or_unknown_start_are_refused(tmp_p
 
 
 def test_a_channel_that_ends_before_the_strong_motion_is_refused(tmp_path):
-    """Regression: all components were cut to the shortest one without a note, 4 Gal of a motion of 100."""
+    """Regression: all components were cut to the shortest one without a note: a peak of 4 Gal instead of 100 Gal."""
     write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     rise = np.linspace(0, 1, N.size) ** 2
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
@@ -274,7 +274,7 @@ def test_the_response_of_a_velocity_sensor_is_deconvolved(tmp_path):
 def test_deconvolution_of_a_broadband_sensor_keeps_high_frequencies_and_early_motion(
     tmp_path, frequency, length, shock, rate
 ):
-    """Counts are a burst of acceleration a cos(2πft) through the closed form of the sensor, 1 Gal at its peak."""
+    """The counts are the sensor's closed-form response to a burst of acceleration a cos(2πft) with a peak of 1 Gal."""
     time = np.arange(length * rate) / rate
     wave = 0.01 * np.cos(2 * np.pi * frequency * time) * np.exp(-(((time - shock) / 6) ** 2))
     hertz = np.fft.rfftfreq(time.size, 1 / rate)
@@ -325,7 +325,7 @@ def test_sac_needs_a_declared_unit_and_has_its_orientation_in_the_header(tmp_pat
 
 
 def test_the_origin_of_a_sac_file_is_relative_to_its_reference_time(tmp_path):
-    """The first sample 3 s after the reference time (word 5, B), the origin 1 s after it (word 7, O)."""
+    """The first sample is 3 s after the reference time (header word 5, B), the origin time 1 s after it (word 7, O)."""
     axes = (("HNN", N / 1e5, 0.0), ("HNE", E / 1e5, 90.0))
     paths = [write_sac(tmp_path / f"{name}.sac", x, name, azimuth, 90.0) for name, x, azimuth in axes]
     for path in paths:
@@ -715,7 +715,7 @@ def test_component_files_are_matched_by_all_variable_parts_of_their_names(tmp_pa
 
 @pytest.mark.parametrize(("word", "width"), [("*8", 0), ("*8F10", 10), ("*8F10.3", 10)])
 def test_samples_continued_over_several_lines_are_read_in_order(tmp_path, word, width):
-    """Eight values a line, in columns that touch where they are of fixed width, and the last line shorter."""
+    """Each line has eight values, the last one fewer; columns of fixed width touch each other."""
     for axis, samples in (("n", N), ("e", E)):
         cells = [f"{v / 1e3:.3f}".rjust(width) if width else f"{v / 1e3:.3f} " for v in samples[:403]]
         lines = ["STATION X", "ACCELERATION, 403 VALUES", *("".join(cells[i : i + 8]) for i in range(0, 403, 8))]

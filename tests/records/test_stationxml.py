@@ -27,7 +27,7 @@ CHANNEL_AZIMUTHS_AND_DIPS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0,
 
 
 def overwrite_total_channel_gains_in_stationxml_file(metadata, gain):
-    """Replace the gain of the channels in a StationXML; the gains of their stages stay."""
+    """Replace the total gain of each channel in a StationXML file, but not the gains of its response stages."""
     text = re.sub(r"(<InstrumentSensitivity>\s*<Value>)[\d.]+", f"\\g<1>{gain!r}", metadata.read_text())
     metadata.write_text(text)
 
@@ -102,7 +102,7 @@ def test_a_stationxml_filter_whose_coefficients_do_not_sum_to_1_is_noted(tmp_pat
 
 
 def test_stage_gains_stated_at_another_frequency_agree_with_the_channel(tmp_path):
-    """A seismometer of 120 s: gain 4e8 at 1 Hz, stated by the channel at its corner, where it is lower by 0.707."""
+    """A 120-s seismometer: stage gain 4e8 at 1 Hz; the channel states the gain at the corner, 0.707 times as large."""
     channels = {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}
     metadata = write_stationxml_of_channels(tmp_path / "s.xml", channels, gain=4e8, unit="M/S", broadband=True)
     inventory, corner = obspy.read_inventory(metadata), abs(-0.037 + 0.037j) / (2 * np.pi)
@@ -141,7 +141,7 @@ def test_a_channel_gain_that_its_response_stages_contradict_is_refused(tmp_path,
 
 
 def test_two_matching_stationxml_epochs_that_differ_are_refused(tmp_path):
-    """An epoch without an end: obspy uses the first that fits, here with a quarter of the correct gain."""
+    """Two epochs without an end fit the record: obspy uses the first, here with a quarter of the correct gain."""
     older, newer = (
         obspy.read_inventory(write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS, gain=g))
         for g in (1e5, 4e5)
@@ -276,7 +276,7 @@ def test_units_in_stationxml_are_read_in_every_spelling(unit, scale):
     ],
 )
 def test_an_unknown_orientation_in_stationxml_is_not_read_as_north(tmp_path, text):
-    """GeoNet writes azimuths of 0 and 90 next to this comment."""
+    """GeoNet writes azimuths of 0° and 90° next to a comment that the orientation is unknown."""
     path = write_stationxml_of_channels(tmp_path / "s.xml", CHANNEL_AZIMUTHS_AND_DIPS)
     inventory = obspy.read_inventory(path)
     for channel in inventory[0][0]:
@@ -292,7 +292,7 @@ def test_an_unknown_orientation_in_stationxml_is_not_read_as_north(tmp_path, tex
 
 
 def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
-    """SAC files from obspy have no CMPAZ. Regression: azimuths in the order of file names made HNE north."""
+    """SAC files from obspy have no azimuth (CMPAZ). Regression: azimuths by order of file names made HNE north."""
     files = {
         code: write_sac(tmp_path / f"T.{code}.sac", x / 1e5, code, None, None)
         for code, x in zip(CHANNEL_AZIMUTHS_AND_DIPS, (N, E, Z), strict=True)

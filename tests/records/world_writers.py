@@ -12,7 +12,7 @@ from tests.records.record_writers import (
 
 
 def cwa_text(north, east, up, rate: int = 100, sequence: str = "Time U(+); N(+); E(+)") -> str:
-    """Text of a CWA file (Taiwan) of samples in Gal, with columns in the order of the sequence."""
+    """Return the text of a CWA file (Taiwan) with samples in Gal; ``sequence`` states the order of the columns."""
     named = {"N": np.asarray(north, float), "E": np.asarray(east, float), "U": np.asarray(up, float)}
     count = named["N"].size
     columns = [named[word[0]] for word in sequence.removeprefix("Time").split(";") for word in [word.strip()]]
@@ -23,7 +23,7 @@ def cwa_text(north, east, up, rate: int = 100, sequence: str = "Time U(+); N(+);
 
 
 def nsmn_text(north, east, up, interval: float = 0.01) -> str:
-    """Text of an NSMN file (Türkiye) of samples in Gal."""
+    """Return the text of an NSMN file (Türkiye) with samples in Gal."""
     columns = [np.asarray(x, float) for x in (north, east, up)]
     peaks = " ".join(f"({a}) {np.abs(x).max():.6f}" for a, x in zip(("N-S", "E-W", "U-D"), columns, strict=True))
     rows = zip(*columns, strict=True)
@@ -32,7 +32,7 @@ def nsmn_text(north, east, up, interval: float = 0.01) -> str:
 
 
 def bhrc_text(components: dict, rate: float = 200.0, azimuths: tuple[int, int] = (324, 54)) -> str:
-    """Text of a BHRC file (Iran); ``components`` maps L, V and T to samples in g/10."""
+    """Return the text of a BHRC file (Iran); ``components`` maps L, V and T to samples in g/10."""
     text = ""
     for number, (axis, samples) in enumerate(components.items(), 1):
         samples = np.asarray(samples, float)
@@ -48,7 +48,7 @@ def bhrc_text(components: dict, rate: float = 200.0, azimuths: tuple[int, int] =
 
 
 def unam_text(channels: dict, interval: float = 0.01, first: str = "07:19:20.50") -> str:
-    """Text of a UNAM file (Mexico, ASA 2.0); ``channels`` maps axis (N00E, V, N90W) to samples in Gal."""
+    """Return the text of a UNAM file (Mexico, ASA 2.0); ``channels`` maps axis (N00E, V, N90W) to samples in Gal."""
     columns = [np.asarray(x, float) for x in channels.values()]
     stated = {
         "axes": channels,
@@ -68,7 +68,7 @@ def renadic_text(
     channels: dict, interval: float = 0.005, *, first: str = "02/27/2010 6:34:50",
     trigger: str = "2/27/2010 6:35:10.600", recorder: str = "ETNA",
 ) -> str:  # fmt: skip
-    """Text of a RENADIC file (Chile); ``channels`` maps L, T and V to samples in g/10."""
+    """Return the text of a RENADIC file (Chile); ``channels`` maps L, T and V to samples in g/10."""
     coded = {axis: (0, samples) for axis, samples in channels.items()}
     return time_acceleration_pairs_text(coded, interval, "renadic", first=first, trigger=trigger, recorder=recorder)
 
@@ -85,9 +85,10 @@ def cosmos_counts_text(a, b, *, microvolts=2000.0, volts_per_g=1.25, gain=2.0):
 
 
 def usc_text(channels: dict, time=None, *, code: dict | None = None, narrow: bool = False) -> str:
-    """Text of a USC volume 1; ``channels`` maps axis (N28W, UP) to samples in g/10, by default 5 ms apart.
+    """Return the text of a USC volume 1; ``channels`` maps axis (N28W, UP) to samples in g/10, by default 5 ms apart.
 
-    ``code`` is what the integers have for an axis, ``narrow`` the variant with narrower integers and shorter lines.
+    ``code`` maps an axis to its code in the integer header, in place of the usual one. ``narrow`` selects the variant
+    with narrower integers and shorter lines.
     """
     codes = {"N28W": 332, "S62W": 242, "VERT": 400, "UP": 500, "DOWN": 600} | (code or {})
     per_line, width, pairs_per_line = (20, 4, 4) if narrow else (16, 5, 5)
@@ -112,7 +113,7 @@ def usc_text(channels: dict, time=None, *, code: dict | None = None, narrow: boo
 
 
 def csmnc_text(samples, *, axis: str, interval: float = 0.01) -> str:
-    """Text of a CSMNC file (China) of samples in Gal, eight to a line."""
+    """Return the text of a CSMNC file (China) with samples in Gal, eight to a line."""
     samples = np.asarray(samples, float)
     words = [f"{value:.6E}".replace("E+0", "E+").replace("E-0", "E-").rjust(13) for value in samples]
     lines = ("".join(words[i : i + 8]) + " \n" for i in range(0, len(words), 8))
@@ -120,14 +121,14 @@ def csmnc_text(samples, *, axis: str, interval: float = 0.01) -> str:
 
 
 def jma_text(north, east, up, rate: int = 100) -> str:
-    """Text of a JMA CSV file of samples in Gal."""
+    """Return the text of a JMA CSV file with samples in Gal."""
     rows = zip(*(np.asarray(x, float) for x in (north, east, up)), strict=True)
     stated = format_header_filled_from_template("jma", np.asarray(north, float), 1 / rate, rate=rate)
     return stated + "".join(",".join(f"{v:.3f}" for v in row) + "\n" for row in rows)
 
 
 def cismid_text(north, east, up, rate: int = 50) -> str:
-    """Text of a CISMID file (Peru) of times and samples in Gal."""
+    """Return the text of a CISMID file (Peru) with times and samples in Gal."""
     east, north, up = (np.asarray(x, float) for x in (east, north, up))
     peaks = " ".join(f"{x[np.abs(x).argmax()]:9.2f}" for x in (east, north, up))
     rows = zip(np.arange(north.size) / rate, east, north, up, strict=True)

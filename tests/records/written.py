@@ -36,7 +36,7 @@ G = 9.80665
 
 @dataclass(frozen=True)
 class TextFormatWithWriter:
-    """Text format: function that writes files from multiples of its smallest step, and expected metadata."""
+    """Text format of records: function that writes test files, units and steps, and metadata expected on reading."""
 
     make_file_texts: Callable[..., dict[str, str]]  # first and second axis and, but for ``up`` None, vertical samples
     smallest_sample_increment: float  # smallest step of samples, in the unit of the file
@@ -51,11 +51,11 @@ class TextFormatWithWriter:
     declared: DeclaredFileProperties | None = None
 
     def file_texts_by_name(self, *samples: np.ndarray) -> dict[str, str]:
-        """Return names and contents of the files of a record; samples are multiples of the format's smallest step."""
+        """Return the file texts of a record by file name; samples are multiples of the format's smallest step."""
         return self.make_file_texts(*(np.round(x * self.smallest_sample_increment, 6) for x in samples))
 
     def expected_north_east(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Expected north and east samples, m/s², projected from the axes (right angles only), not by the package."""
+        """Return expected north and east samples, m/s², projected without the package from perpendicular axes."""
         angles = np.radians(self.axis_azimuths_deg)
         return (
             self.smallest_sample_increment
@@ -67,14 +67,14 @@ class TextFormatWithWriter:
 def writer_of_one_file_with_axis_names(
     name: str, text: Callable[..., str], *axes: Any, **more: Any
 ) -> Callable[..., dict[str, str]]:
-    """Return a function that writes all components into one file, by the names of their axes."""
+    """Return a function that writes all components into one file; ``text`` gets their samples by axis name."""
     return lambda *samples: {name: text(dict(zip(axes, samples, strict=False)), **more)}
 
 
 def writer_of_one_file_with_axis_codes(
     name: str, text: Callable[..., str], *axes: tuple[str, int], **more: Any
 ) -> Callable[..., dict[str, str]]:
-    """Return a function that writes all components into one file, whose axes have a name and a code each."""
+    """Return a function that writes all components into one file; ``text`` gets (code, samples) by axis name."""
 
     def file_text_by_name_with_axis_codes(*samples: np.ndarray) -> dict[str, str]:
         return {name: text({a: (code, x) for (a, code), x in zip(axes, samples, strict=False)}, **more)}
@@ -83,7 +83,7 @@ def writer_of_one_file_with_axis_codes(
 
 
 def writer_of_one_file_per_component(text: Callable[..., str], **axes: Any) -> Callable[..., dict[str, str]]:
-    """Return a function that writes a file per component; keywords are file names, with two underscores for the dot."""
+    """Return a function that writes one file per component; keywords are file names, with ``__`` for the dot."""
     names = {name.replace("__", "."): more for name, more in axes.items()}
     return lambda *samples: {n: text(x, **more) for (n, more), x in zip(names.items(), samples, strict=False)}
 

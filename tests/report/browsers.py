@@ -58,7 +58,7 @@ class _PageHandlerStoringScriptResults(BaseHTTPRequestHandler):
     server: _PageServerCollectingScriptResults
 
     def do_GET(self) -> None:
-        """Send a page by its number, with its script unless the address ends in a query."""
+        """Send the page whose number is in the address, with its script unless the address ends in a query."""
         name, _, plain = self.path[1:].partition("?")
         there = name.isdigit() and int(name) < len(self.server.pages)
         self.send_response(200 if there else 404)
@@ -81,7 +81,7 @@ class _PageHandlerStoringScriptResults(BaseHTTPRequestHandler):
 
 
 def run_scripts_in_browser(kind: str, pages: dict[str, tuple[str, str]], profile: Path) -> dict[str, Any]:
-    """Run async scripts inside their pages and return their results by name; skip the test without a browser."""
+    """Run the async script of each page in a browser; return results by page name; skip the test without a browser."""
     programs, options = BROWSER_PROGRAMS[kind]
     program = next((found for name in programs if (found := shutil.which(name))), None)
     if program is None:

@@ -16,7 +16,7 @@ def estimate_entry(
 
 
 def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[str, Any]:
-    """Return the findings on the fall axes of one group of records with this alignment."""
+    """Return findings on the fall axes of one group of records, with the given estimate of the alignment."""
     rule = {
         "records_with_counted_falls": 14,
         "mean_cos_2_angle_to_fault_normal": alignment,
@@ -49,7 +49,7 @@ def fall_axis_findings_of_group(name: str, alignment: dict[str, Any]) -> dict[st
 
 
 def variant_comparison_findings(**changes: Any) -> dict[str, Any]:
-    """Return the findings of the comparison of a study with its variant, with changes."""
+    """Return findings that compare a study with its variant; ``changes`` replace entries."""
     parts = {
         "variant": "other", "is_primary_comparison": True, "scene_name_of_study": "stack",
         "scene_name_of_variant": "monolith",
@@ -300,7 +300,7 @@ SURVEY_COMPARISON: dict[str, Any] = {
 
 
 def _displacement_measure_finding(name: str, stones: int, observed: list[Any], computed: list[Any]) -> dict[str, Any]:
-    """Return the finding on one displacement measure, observed and computed, each as value, low and high."""
+    """Return the finding on one displacement measure; ``observed`` and ``computed`` are [value, low, high]."""
     ends = ("value", "low", "high")
     pairs = {kind: dict(zip(ends, of, strict=True)) for kind, of in (("observed", observed), ("computed", computed))}
     return {"share_or_median_name": name, "observed_stone_count": stones, **pairs}
@@ -349,7 +349,7 @@ def _observed_mean_direction_finding(mean: float | None, half_width: float | Non
 
 
 def _observed_site_findings(site: str, **changes: Any) -> dict[str, Any]:
-    """Return the findings on the observed falls of one site, with changes."""
+    """Return the findings on the observed falls of one site; ``changes`` replace entries."""
     return {
         "site": site, "stones": 34, "fell": 22, "stands": 7, "standing_shifted_or_twisted": 4, "not_counted": 5,
         "not_counted_by_reason": {"fixed": 3, "broken": 2}, "fell_in_unknown_direction": 3,
@@ -419,13 +419,13 @@ def findings_with_changed_entries(base: dict[str, Any], **parts: Any) -> dict[st
 
 
 def findings_without_axis_comparable_with_fault(reason: str, **parts: Any) -> dict[str, Any]:
-    """Return findings of a study whose falls have no axis to compare with a fault, with the reason."""
+    """Return findings of a study whose falls have no axis to compare with a fault; ``parts`` replace other entries."""
     direction = {"has_fall_axis_comparable_with_fault": False, "reason_for_no_axis_comparable_with_fault": reason}
     return findings_with_changed_entries(DIRECTION_STUDY_FINDINGS, direction=direction, **parts)
 
 
 def study_section_of_findings(question_kind: str, **study: Any) -> dict[str, Any]:
-    """Return the section `study` of findings for a kind of question, such as "scene", with further entries."""
+    """Return the section `study` of findings for a kind of question, e.g. "scene"; keywords add or replace entries."""
     return {
         "question_kind": question_kind,
         "comparison_variant_of_primary_statistic": "other",
@@ -546,5 +546,5 @@ STUDY_FINDINGS: dict[str, dict[str, Any]] = {
 
 
 def handwritten_findings_of_study(name: str) -> Findings:
-    """Return the findings of one of `STUDY_FINDINGS`."""
+    """Return the entry ``name`` of `STUDY_FINDINGS` as validated `Findings`."""
     return Findings.model_validate(STUDY_FINDINGS[name])

@@ -207,9 +207,10 @@ JAPANESE_PAGES = ("2-D in Japanese", "part in Japanese", "3-D in Japanese")
 
 
 def cube_of_early_late_and_no_falls_by_azimuth() -> xr.Dataset:
-    """Return a cube of blocks that fall early, late at 90°, not at 180°; opposite azimuths are not mirror images.
+    """Return a planar cube in which blocks fall at 2 s, but at 20 s along 90° and not at all along 180°.
 
-    Few runs of the second azimuth fall and few of the third stand; the ensemble of the fourth was not run.
+    The azimuth has a period of 360°. The ensemble gives fall probabilities of 0.1 % at the second azimuth and 99.8 %
+    at the third; at the fourth it was not run.
     """
     whole = random_planar_cube(records=1, heights=1, frictions=1)
     whole["overturned"][:], whole["overturning_time"][:] = 1.0, 2.0
@@ -222,9 +223,9 @@ def cube_of_early_late_and_no_falls_by_azimuth() -> xr.Dataset:
 
 
 def cube_with_known_outcome_by_b_over_h() -> xr.Dataset:
-    """Return a cube of three planes: the smallest B/H falls towards the azimuth, the next away, the last stands.
+    """Return a cube of three planes: blocks of the smallest B/H fall towards the azimuth, of the next away from it.
 
-    At the last B/H, 40 % of the runs along 60° fall to the other side.
+    Blocks of the largest B/H stand, but along 60° 40 % of their ensemble runs fall away from the azimuth.
     """
     whole = random_planar_cube(records=1, heights=1, frictions=1).isel(azimuth=[0, 1, 2])
     for name, values in (
@@ -239,7 +240,7 @@ def cube_with_known_outcome_by_b_over_h() -> xr.Dataset:
 
 
 def cube_of_full_circle_with_unstable_cells() -> xr.Dataset:
-    """Return a 3-D cube of the full circle of orientations, whose first cells are unstable."""
+    """Return a 3-D cube of the full circle of orientations; cases of the first one have the status unstable."""
     whole = random_3d_cube().assign_coords(orientation=np.arange(0, 360, 60))
     whole["overturned"][:, 0] = np.nan
     status = xr.full_like(whole["overturned"], CaseStatus.SIMULATED, dtype=np.int8)
@@ -251,7 +252,7 @@ def cube_of_full_circle_with_unstable_cells() -> xr.Dataset:
 def explorer_script_results(
     request: pytest.FixtureRequest, results_with_hostile_names: Path, tmp_path_factory: Any
 ) -> dict[str, Any]:
-    """Return the results of all scripts of this file in one browser, by the name of the page."""
+    """Return the results of the explorer scripts in one browser, by page name."""
     with open_cube(results_with_hostile_names / "cube.nc", element=None) as opened:
         command = explorer_page_html(explorer_page_data(opened))
     plain = explorer_page_html(explorer_page_data(random_planar_cube()), "report.html")
@@ -413,7 +414,7 @@ def test_explorer_colours_show_the_fall_probability_towards_the_azimuth(
 def test_explorer_colour_scale_spans_the_fall_times_of_the_shown_record(
     explorer_script_results: dict[str, Any],
 ) -> None:
-    """The latest fall differs from a block that stands; a probability near 0 or 100 % is not printed as certain."""
+    """The latest fall is not coloured as a standing block; probabilities near 0 or 100 % are not printed as certain."""
     page = explorer_script_results["late"]
     early, last, stands = (np.median(page[name], axis=0)[:3] for name in ("early", "late", "stands"))
     np.testing.assert_allclose(early, 255 * np.array(to_rgb(style.PROBABILITY_COLOUR_STOPS[-1][1])), atol=3)

@@ -74,7 +74,7 @@ def test_headline_states_the_primary_statistic_of_the_study(study: str, language
 
 
 def headline_and_text_of_comparison_report(study: str, language: str, **contrast: Any) -> tuple[str, str]:
-    """Return headline and text of the report on a study whose comparison with its variant has these values."""
+    """Return headline and text of a report on handwritten findings; ``contrast`` replaces entries of its comparison."""
     data = json.loads(handwritten_findings_of_study(study).model_dump_json())
     data["study"]["primary_statistic"] = contrast.pop("primary_statistic", "share")
     data["contrasts"][0] |= contrast
@@ -254,7 +254,7 @@ def test_report_states_whether_all_cases_or_only_borderline_ones_were_rerun(
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", ["direction", "reference"])
 def test_report_states_that_disagreement_shares_are_those_of_8_runs(study: str, language: str) -> None:
-    """Shares of disagreement hold for the first 8 of up to 24 runs; the second share is of other cases in 3-D."""
+    """Both shares hold for the first 8 of up to 24 runs; in 3-D the second is of the cases in which all runs fall."""
     (line,) = (
         one
         for one in report_text_of_handwritten_findings(study, language).splitlines()

@@ -138,7 +138,7 @@ return {wide, least: seen[0], letters: seen[1]};
 def film_and_report_script_results(
     request: pytest.FixtureRequest, report_page_and_pdf: tuple[str, bytes], tmp_path_factory: Any
 ) -> dict[str, Any]:
-    """Return the results of the scripts of this file in one browser, by the name of the page."""
+    """Return the results of the film and report scripts in one browser, by page name."""
     film = film_of_one_falling_and_one_rocking_block()
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)

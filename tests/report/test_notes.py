@@ -33,7 +33,7 @@ EAST_WAVE = np.sin(2 * np.pi * 1.3 * RECORD_TIME) * np.exp(-(((RECORD_TIME - 8.0
 
 
 def write_and_read_record_with_north(path: Path, north: np.ndarray, trust_data: bool = False) -> Record:
-    """Write a file with two columns, read it with declared columns, and return the record."""
+    """Write a file with columns of time, north and east, read it with declared columns, and return the record."""
     np.savetxt(path, np.column_stack([RECORD_TIME, north, EAST_WAVE]), fmt="%.9g", delimiter=",")
     given = DeclaredFileProperties(columns="time:s north:m/s2 east:m/s2", processed=True, trust_data=trust_data)
     return read_record_without_processing(path, given)

@@ -98,7 +98,7 @@ def findings_with_given_names_and_titles(*names: str) -> Findings:
 
 @pytest.fixture(scope="module")
 def tags_of_page_with_harmless_names() -> list[str]:
-    """Return the tags of the page of findings with harmless names."""
+    """Return the tags of the report page on findings whose names contain no HTML."""
     return [
         tag
         for tag, _ in elements_of_well_formed_page(
@@ -206,7 +206,7 @@ def test_figures_side_by_side_in_the_pdf_are_drawn_for_a_phone(tmp_path: Path) -
 
 
 def decompressed_pdf_streams(pdf: bytes) -> list[bytes]:
-    """Return the contents of a PDF file, among them one for each page."""
+    """Return the decompressed streams of a PDF file, among them one for each page."""
     found = re.findall(rb"/FlateDecode.*?stream\r?\n(.*?)\r?\nendstream", pdf, re.S)
     return [zlib.decompress(one) for one in found]
 

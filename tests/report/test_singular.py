@@ -135,7 +135,7 @@ def test_wording_differs_for_few_and_many_records_stones_and_orientations(
 def test_report_prints_a_90th_percentile_twist_of_zero(language: str) -> None:
     """If nine tenths of the stones twist by 0.0°, the report prints this 0.0° and does not omit it.
 
-    If all fallen stones slid off their base, it mentions none that tips.
+    If all fallen stones slid off their base, the report does not speak of stones that tip.
     """
     data = json.loads(handwritten_findings_of_study("stack in 3-D").model_dump_json())
     for one in data["element_displacements"]:

@@ -44,14 +44,14 @@ def type_of_list_or_dict_entries(container: Any, of: int = 0) -> Any:
 
 
 class FieldChecker:
-    """Walk through a template and the templates that it includes, and collect the fields that do not exist."""
+    """Checker that walks through a template and those that it includes, and collects fields that do not exist."""
 
     def __init__(self, language: str) -> None:
         self.templates = create_template_environment(language)
         self.unknown: set[str] = set()
 
     def check(self, name: str, types: dict[str, Any]) -> None:
-        """Check a template whose variables have these types; None stands for a type that is not known."""
+        """Check a template; ``types`` maps its variables to their types, or to None if unknown."""
         assert self.templates.loader is not None
         source = self.templates.loader.get_source(self.templates, name)[0]
         self.check_template_nodes(self.templates.parse(source).body, types, name)
@@ -71,7 +71,7 @@ class FieldChecker:
                 self.check_template_nodes(list(part.iter_child_nodes()), types, name)
 
     def types_of_targets(self, loop: nodes.For, types: dict[str, Any], name: str) -> dict[str, Any]:
-        """Return the types of the variables of a loop."""
+        """Return the types of the variables of a `for` loop, by name; None if unknown."""
         entry = type_of_list_or_dict_entries(self.type_of(loop.iter, types, name))
         if isinstance(loop.target, nodes.Name):
             return {loop.target.name: entry}

@@ -66,7 +66,7 @@ def numeric_values_of_findings(part: Any) -> Iterator[float]:
 
 
 def numbers_not_in_findings(printed: list[str], found: BaseModel) -> list[str]:
-    """Return the printed numbers that equal no value of the findings, nor a share in per cent, when rounded."""
+    """Return the printed numbers that, within rounding, equal neither a value of the findings nor 100 times one."""
     known = np.array(list(numeric_values_of_findings(found.model_dump(mode="json"))))
     known = np.concatenate([known, 100.0 * known])
     lost: list[str] = []
@@ -133,7 +133,7 @@ def non_empty_strings_in_findings(part: Any) -> Iterator[str]:
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("study", STUDY_FINDINGS)
 def test_notes_on_records_print_all_texts_of_the_findings_unchanged(study: str, language: str) -> None:
-    """Notes on records contain numbers, and in Japanese English words, only in texts from the findings.
+    """Notes on records have numbers (in Japanese reports also English words) only in texts from the findings.
 
     These texts are printed unchanged.
     """

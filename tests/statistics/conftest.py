@@ -24,7 +24,7 @@ def cube_from_fall_rules(
     fault_normal: Sequence[float] | float = 60.0,
     pulse: Sequence[int] | int = 1,
 ) -> xr.Dataset:
-    """Return a 2-D cube whose flags follow from one rule for all records or one for each: see `FallRule`."""
+    """Return a 2-D cube whose fall flags follow from one `FallRule` for all records, or from one for each record."""
     axes = np.meshgrid(azimuth, height, b_over_h, friction, indexing="ij")
     rules = [rule] * len(events) if callable(rule) else list(rule)
     flags = np.stack([one(*axes).astype(np.float32) for one in rules])
@@ -48,7 +48,7 @@ def cube_from_fall_rules(
 
 
 def sector_fall_rule(axis: float, half_width: float, largest_b_over_h: float = 1.0, side: int = 1) -> FallRule:
-    """Return a rule: blocks up to ``largest_b_over_h`` fall within ``half_width`` of ``axis`` (side −1: opposite)."""
+    """Return a rule: blocks up to a B/H fall towards ``axis`` (side −1: away) in planes up to ``half_width`` off."""
 
     def signed_falls_in_sector(
         azimuth: np.ndarray, height: np.ndarray, slender: np.ndarray, friction: np.ndarray

@@ -57,7 +57,7 @@ def test_mean_over_few_earthquakes_lacks_an_interval_and_over_none_is_nan() -> N
 
 
 def test_tail_of_the_expanded_percentile_interval_matches_hesterbergs_table() -> None:
-    """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
+    """Reference: table of the expanded tail probability α/2 of 95 % intervals (Hesterberg 2015, section 5.3)."""
     assert [interval_tail_share_for_few_earthquakes(n) for n in (5, 10, 20)] == pytest.approx(
         [0.0010, 0.0086, 0.0159], abs=6e-5
     )
@@ -110,7 +110,7 @@ def test_a_share_that_is_the_same_in_all_earthquakes_has_an_interval() -> None:
 
 
 def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
-    """The plain percentile interval for eight earthquakes covers the mean in 88 %."""
+    """The interval covers the mean in 94 % of samples of eight earthquakes, a plain percentile interval in 88 %."""
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):
         low, high = bootstrap_interval(
@@ -124,9 +124,9 @@ def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
 
 
 def test_bounds_at_99_percent_do_not_depend_on_the_number_of_draws() -> None:
-    """At 99 % and n = 8, each bound of the expanded percentile interval is a quantile of 1 in 10,000 resamples.
+    """At 99 % and n = 8, each bound of the expanded percentile interval cuts off about 1 in 10,000 resamples.
 
-    With 100 resamples, the bounds would be the extremes.
+    Of only 100 resamples, the bounds would be the smallest and the largest mean.
     """
     few, many = (
         bootstrap_interval(

@@ -15,7 +15,7 @@ from overturning.statistics.earthquakes import (
 
 @pytest.fixture
 def cube_of_records_with_grouping_variables(make_cube_from_fall_rules, make_sector_fall_rule):
-    """Cube of four records, with wall (text), vs30 (number) and pulse (1 or 0) to group the records by."""
+    """Return a cube of four records, with wall (text), vs30 (number) and pulse (1 or 0) to group the records by."""
     rules = [make_sector_fall_rule(60.0 + offset, 10) for offset in (0, 0, 80, 80)]
     described = {"wall": ["hanging", "", "foot", "hanging"], "vs30": [200.0, 360.0, 800.0, np.nan]}
     made = make_cube_from_fall_rules(

@@ -154,9 +154,9 @@ def test_one_angle_alone_does_not_reject_random_directions(place: float) -> None
 
 @pytest.mark.parametrize("angles", [TREE_LEANS_DEG, ROULETTE_STOPS_DEG, [10, 130, 250, 20, 140], [0, 100, 170, 300]])
 def test_common_axis_test_of_unit_vectors_agrees_with_rayleighs_test(angles: list[float]) -> None:
-    """The p-value agrees with Zar's approximation (2010, eq.
+    """The p-value agrees with Zar's approximation for Rayleigh's test (2010, equation 27.4).
 
-    27.4) for Rayleigh's test, which is good to a few parts in 1,000.
+    The approximation is good to a few parts in 1,000.
     """
     radians = np.radians(angles)
     found, n = rayleigh_test_by_random_rotation(np.cos(radians), np.sin(radians)), len(angles)
@@ -167,7 +167,7 @@ def test_common_axis_test_of_unit_vectors_agrees_with_rayleighs_test(angles: lis
 
 
 def test_common_axis_p_value_of_two_vectors_follows_from_their_angle() -> None:
-    """For two unit vectors the p-value follows from their angle, which is uniform up to 180°."""
+    """The angle between two random unit vectors is uniform from 0 to 180°, so that the p-value is angle/180°."""
     for angle in (4.0, 30.0, 120.0):
         found = rayleigh_test_by_random_rotation(np.cos(np.radians([0, angle])), np.sin(np.radians([0, angle])))
         assert found.p_value == pytest.approx(angle / 180, abs=0.02)

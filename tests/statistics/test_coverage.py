@@ -33,9 +33,9 @@ DATA_SETS_PER_CUBE = 50
 
 
 class FallAxisSummariesOfRandomDataSet(NamedTuple):
-    """Fall-axis summaries of both groups of records of one random data set, and for some also the difference.
+    """Fall-axis summaries of one random data set by group of records, and the difference between the groups.
 
-    The difference is that of the mean alignments of both groups.
+    The difference, of the mean alignments with the fault normal, is None for most data sets.
     """
 
     summary_by_record_group: dict[str, MeanFallAxisAndAlignmentOverEarthquakes]
@@ -43,7 +43,7 @@ class FallAxisSummariesOfRandomDataSet(NamedTuple):
 
 
 def fall_rule_about_axis_of_each_b_over_h(axes_deg: np.ndarray, half_width: int) -> FallRule:
-    """Return a rule: blocks of each B/H fall in planes within ``half_width`` degrees of the axis of their B/H."""
+    """Return a rule: blocks of each B/H fall in planes within ``half_width``° of the axis given for this B/H."""
 
     def falls_near_axis_of_own_b_over_h(
         azimuth: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray
@@ -55,7 +55,10 @@ def fall_rule_about_axis_of_each_b_over_h(axes_deg: np.ndarray, half_width: int)
 
 
 def expected_fault_normal_alignment(kappa: float) -> float:
-    """Expected cos 2Δ (Δ: fall axis to fault normal) of von Mises directions with normal scatter within sectors."""
+    """Return the expected cos 2Δ (Δ: fall axis to fault normal) of random data sets with concentration κ.
+
+    The factors stand for von Mises directions, normal scatter of the axes, and fall sectors of several widths.
+    """
     wide = 2 * np.radians(FALL_SECTOR_HALF_WIDTHS_DEG)
     return float(
         iv(2, kappa) / iv(0, kappa) * np.exp(-(DOUBLED_AXIS_SCATTER_RAD**2) / 2) * np.mean(np.sin(wide) / wide)

@@ -68,9 +68,9 @@ def test_two_branches_of_the_kaneko_hayashi_limit_meet(height: float, slender: f
 def fall_sides_of_rocking_block_under_sine_cycle(
     amplitudes_over_west: Any, frequency_ratio: float, height: float, slender: float
 ) -> np.ndarray:
-    """Return the fall sides (−1, 0 or 1) of a rocking block under one sine cycle of ω = ratio · p.
+    """Return the fall sides (−1, 0 or 1) of a rocking block under one sine cycle of ω = ``frequency_ratio`` · p.
 
-    The amplitudes are given multiples of West's acceleration.
+    p is the frequency parameter of the block. Amplitudes are multiples of West's acceleration, g B/H.
     """
     period = 2 * math.pi / (frequency_ratio * float(block_frequency_parameter(height, slender)))
     motion = Motion(np.sin(2 * math.pi * np.arange(801) / 800), np.zeros(801), sampling_interval=period / 800)
@@ -82,7 +82,7 @@ def fall_sides_of_rocking_block_under_sine_cycle(
 def overturning_threshold_per_wests_acceleration(
     criterion: Any, frequency_ratio: float, height: float, slender: float
 ) -> float:
-    """Return the multiple of West's acceleration from which a criterion predicts a fall for a sine with ω = ratio p."""
+    """Return the PGA limit of a criterion over West's acceleration, for a sine of ω = ratio · p (p: of the block)."""
     pgv_over_pga = 2 / (frequency_ratio * float(block_frequency_parameter(height, slender)))
     return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
 
@@ -235,9 +235,9 @@ def scores_of_criterion_with_random_success_rate(
     generator: np.random.Generator,
     beta_parameters: tuple[float, float],
 ) -> OverturningCriteriaScores:
-    """Return scores from 14 synthetic earthquakes in which the first of two criteria is right by given odds.
+    """Return scores from 14 synthetic earthquakes in which the first of two criteria has a random success rate.
 
-    Where the two criteria differ, the first one is right with a beta-distributed probability.
+    Where the criteria differ, the first one is right with a probability drawn per earthquake from a beta distribution.
     """
     azimuth = np.arange(0, 180, 15)
     kind = generator.integers(4, size=(14, azimuth.size))
@@ -302,7 +302,7 @@ def test_best_criterion_is_named_only_if_criteria_differ(make_cube_from_fall_rul
 def test_blocks_that_nearly_always_stand_have_little_weight_in_scores(
     make_cube_from_fall_rules: Callable[..., xr.Dataset],
 ) -> None:
-    """The weight of a block is f(1 − f): by hand for f = 1/2 and f = 1/50."""
+    """The weight of a block is f(1 − f), with f its share of falls: by hand for f = 1/2 and f = 1/50."""
     azimuth = np.arange(0, 180, 3.6)
     strong = np.arange(50) < 25
     pga = STANDARD_GRAVITY * np.where(strong, 0.9, 0.25)

@@ -24,9 +24,9 @@ from overturning.statistics.roses import fall_rose
 
 @pytest.fixture
 def fall_axes_function_of_fault_normal_offsets(make_cube_from_fall_rules, make_sector_fall_rule):
-    """Return a function for the fall axes of records whose blocks fall at given offsets from the fault normals.
+    """Return a function that computes fall axes by earthquake from the offsets of the falls of each record, degrees.
 
-    Offsets are in degrees; the function computes the axes by earthquake.
+    An offset is the angle from the fault normal of the record to the axis along which its blocks fall.
     """
 
     def fall_axes_from_fault_normal_of_offset_sectors(offsets, *, normals=None, events=None):
@@ -132,8 +132,8 @@ def test_fall_axes_use_only_blocks_that_fall_in_some_planes_and_are_weighted_by_
 def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
     """The alignment is at most the mean resultant of the records, reached if all fall along the fault normal.
 
-    If blocks fall in planes within w of an axis, spaced by s, the resultant of the doubled axes is sin(2w + s)/((2w/s
-    + 1) sin s).
+    If blocks fall in planes within w of an axis, at steps of s, the resultant of the doubled axes is
+    sin(2w + s)/((2w/s + 1) sin s).
     """
 
     def expected_resultant_of_fall_axes_1_deg_apart(half_width: int) -> float:
@@ -243,7 +243,7 @@ def test_alignment_is_computed_for_each_rule_that_selects_blocks(make_cube_from_
 def test_fall_rose_weights_earthquakes_equally_and_omits_blocks_that_fall_in_all_planes(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
-    """Blocks of seven earthquakes fall in eleven planes about 0°; an eighth has two records with one plane at 90°."""
+    """Under seven earthquakes blocks fall in eleven planes about 0°, under two records of an eighth in one at 90°."""
     rules = [make_sector_fall_rule(0, 5)] * 7 + [make_sector_fall_rule(90, 0)] * 2
     cube = make_cube_from_fall_rules(rules, azimuth=range(360), events="ABCDEFGHH")
     rose = fall_rose(cube)
@@ -284,7 +284,7 @@ def test_rose_sector_with_the_same_share_in_all_earthquakes_has_exact_bounds(
 def test_rose_of_falls_in_all_directions_is_round_for_any_azimuth_step(
     make_cube_from_fall_rules, step, from_normal
 ) -> None:
-    """Regression: with a step of 10° every second sector had two azimuths, with 30° every second none."""
+    """Regression: with a step of 10° every second rose sector held two azimuths, with 30° every second none."""
 
     def falls_in_all_directions(azimuth: np.ndarray, _: np.ndarray, __: np.ndarray, friction: np.ndarray) -> np.ndarray:
         return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)

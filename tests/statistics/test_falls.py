@@ -173,7 +173,7 @@ def test_opposite_azimuths_of_one_plane_are_counted_once(make_cube_from_fall_rul
 
 
 def fall_rule_both_ways_along_30_degrees(azimuth, *_):
-    """Fall rule: within 10° of the axis 30° eleven planes fall towards it and ten away, which nearly cancel."""
+    """Return fall flags: of 21 planes about the axis 30°, blocks fall towards it in eleven and away in ten."""
     near = np.abs((azimuth - 30 + 90) % 180 - 90) <= 10
     return np.where(near, np.where(azimuth.astype(int) % 2 == 0, 1, -1), 0)
 
@@ -253,7 +253,7 @@ def test_azimuths_added_to_a_grid_do_not_change_shares_and_axes(
 
 
 def test_all_planes_of_a_partial_circle_have_equal_weight(make_cube_from_fall_rules, make_sector_fall_rule) -> None:
-    """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
+    """Of twelve planes from 30° to 85°, blocks fall in those from 40° on; each plane counts once."""
     part = np.arange(30, 90, 5)
     assert plane_weights_by_azimuth_spacing(part) == pytest.approx(np.full(12, 1 / 12))
     assert plane_weights_by_azimuth_spacing(part, divide_uncomputed_gaps_between_neighbours=True)[
@@ -358,7 +358,7 @@ def test_dataset_without_fall_flags_is_refused() -> None:
 def test_a_scene_falls_where_any_of_its_elements_falls() -> None:
     """Of five cases one has no outcome.
 
-    In the others fall nothing, only the lintel, the pillar and later the lintel, or only the pillar.
+    In the others nothing falls, only the lintel falls, the pillar and later the lintel fall, or only the pillar falls.
     """
     flags = np.array([[[0, 0], [0, 1], [-1, 1], [1, 0], [np.nan, np.nan]]])
     times = np.array([[[np.nan, np.nan], [np.nan, 3.0], [1.0, 2.0], [5.0, np.nan], [np.nan, np.nan]]])

@@ -147,12 +147,13 @@ def test_fall_rose_is_the_mean_over_earthquakes_of_their_sector_shares(from_norm
 
 
 def test_falls_random_within_their_ensemble_affect_neither_mean_nor_rose() -> None:
-    """Half of the cases and their ensemble members fall towards 30°.
+    """Falls whose ensemble members fall in random directions count neither in the mean nor in the rose.
 
-    The others fall towards 120°, but their members in random directions.
+    Half of the cases fall towards 30°, as do their ensemble members. The others fall towards 120°, but their members
+    in random directions.
 
-    The truth is one direction, 30°, in which all of the rose lies but for what chance leaves. Counted in full, the
-    nominal falls gave a mean of 75° and half of the rose at 120°.
+    The mean is 30°, where nearly all of the rose lies. Without the ensemble, the mean would be 75°, and half of the
+    rose at 120°.
     """
     generator, cube = np.random.default_rng(8), random_3d_cube()
     shape, members = cube["overturned"].shape, 24
@@ -286,7 +287,7 @@ def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
 
 
 def test_a_direction_known_for_one_record_is_not_called_the_closest() -> None:
-    """Falls go along the one fault normal that is known, and 30° from the peak velocity of other records."""
+    """Falls go along the only known fault normal, of one record, and 30° from the peak velocity of the others."""
     cube = random_3d_cube(normals=np.array([40.0, *[np.nan] * 4]))
     azimuth = np.broadcast_to(np.full(5, 40.0).reshape(-1, 1, 1, 1, 1, 1), cube["overturned"].shape)
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))

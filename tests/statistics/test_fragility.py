@@ -82,8 +82,8 @@ def test_interval_of_the_fragility_median_resamples_whole_earthquakes() -> None:
     Four earthquakes have a median of 0.5 and four of 1: the interval ends at the medians of samples that hold only
     one earthquake of either kind.
 
-    Of the four of 1 a sample has none with probability 0.4 %, at most one with 3.5 % (binomial, 8 draws), so the 2.5 %
-    quantile is that of one.
+    A sample of eight has no earthquake of a kind with a probability of 0.4 %, and at most one with 3.5 % (binomial), so
+    that the 2.5 % quantile is that of samples with one.
     """
     x, median = np.geomspace(0.1, 3, 15), np.repeat([0.5, 1.0], 4)
     share = norm.cdf(np.log(x / median[:, None]) / 0.3).ravel()
@@ -95,7 +95,7 @@ def test_interval_of_the_fragility_median_resamples_whole_earthquakes() -> None:
 def write_and_read_openquake_fragility_functions(
     curves: list[FittedFragilityCurve], folder: Path
 ) -> list[ElementTree.Element]:
-    """Write the OpenQuake model of curves and return its fragility functions as XML elements."""
+    """Write fragility curves as an OpenQuake model and return its fragility functions as XML elements."""
     write_openquake_fragility_model(curves, folder / "f.xml", "gravestones")
     return ElementTree.parse(folder / "f.xml").getroot()[0].findall(f"{NRML_NAMESPACE}fragilityFunction")
 
@@ -135,9 +135,9 @@ def test_openquake_and_csv_files_hold_the_fitted_curve(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("between", "within"), [(0.5, 0.3), (0.15, 0.45), (0.0, 0.4)])
 def test_variance_between_records_is_separated_from_that_between_stones(between: float, within: float) -> None:
-    """60 records with random effects on the intensity, and 200 stones with random capacities.
+    """60 records have medians at the quantiles of a lognormal distribution, and 200 stones have random capacities.
 
-    The median that every record has is drawn; the standard error of a spread of 60 values is 9 % of it.
+    The medians are not drawn: the standard error of a spread of 60 random values would be 9 %.
     """
     generator = np.random.default_rng(5)
     x = np.tile(np.geomspace(0.2, 2, 6), (60, 1)) * np.exp(generator.normal(0, 0.2, (60, 1)))

@@ -162,9 +162,9 @@ def test_a_stone_facing_250_degrees_uses_the_outcome_of_the_plane_at_70() -> Non
 def full_circle_cube_without_mirror_symmetry(
     falls: Callable[[np.ndarray], np.ndarray], azimuth: np.ndarray = AZIMUTHS_DEG
 ) -> xr.Dataset:
-    """Return a cube of one record and a stone before a wall: `falls` gives 1, 0 or −1 for each azimuth.
+    """Return a cube of one record and a stone before a wall: `falls` gives the overturning flag for each azimuth.
 
-    The wall is behind the stone: the scene has no mirror symmetry, and the opposite motion is another case.
+    The flag is 1, 0 or −1. The wall behind the stone breaks the mirror symmetry: the opposite motion is another case.
     """
     cube = copy_of_full_circle_cube().isel(record=[0], azimuth=np.flatnonzero(np.isin(AZIMUTHS_DEG, azimuth)))
     cube = cube[["overturned", "overturning_time", "residual_slip"]].load()
@@ -176,9 +176,9 @@ def full_circle_cube_without_mirror_symmetry(
 
 
 def test_prediction_for_a_stone_in_front_of_a_wall_never_uses_the_opposite_azimuth() -> None:
-    """All stones fall forwards, whichever way they face.
+    """Blocks fall towards every azimuth, so that a stone that faces 250° falls forwards or to its right.
 
-    A stone that faces 250° would fall backwards if it used the outcome of the opposite azimuth, 70°.
+    The stone would fall backwards if the outcome of the opposite azimuth, 70°, were used.
     """
     stone = Stone(fell=True, fall_azimuth_deg=0, has_octant_direction=False, b_over_h=0.3, face_azimuth_deg=250)
     cube = full_circle_cube_without_mirror_symmetry(np.ones_like)

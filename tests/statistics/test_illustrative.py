@@ -18,11 +18,10 @@ from overturning.statistics.illustrative import (
 
 @pytest.fixture
 def illustrative_b_over_h_from_peak_rotations(make_cube_from_fall_rules) -> Callable[[list[float]], dict[str, float]]:
-    """Return a function that gives the B/H of illustrative cases for given peak rotations of the blocks.
+    """Return a function from the peak rotations of two blocks to the B/H of illustrative cases, by case title.
 
-    The rotations are those along the fault; the B/H are returned by case title.
-
-    Two blocks fall along the fault normal, 0°, and stand along the fault.
+    Both blocks, of B/H 0.2 and 0.4, fall along the fault normal, 0°, and stand along the fault. The given peak
+    rotations are those along the fault.
     """
 
     def b_over_h_of_cases(peak_rotations: list[float]) -> dict[str, float]:
@@ -50,9 +49,10 @@ def illustrative_case_of_opposite_falls(cube: xr.Dataset) -> tuple[dict[str, flo
 
 
 def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_cube_from_fall_rules) -> None:
-    """The broad block falls to the other side at 40° only, the slender one at 40° and 60°.
+    """A case of opposite falls exists only if a block falls to opposite sides at neighbouring azimuths.
 
-    In the second part only the slender one falls in every ensemble member.
+    The broad block falls away from the azimuth at 40° only, the slender one at 40° and 60°; elsewhere both fall
+    towards the azimuth. In the ensembles only the slender one falls in every member.
     """
 
     def falls_near_axis_signed_by_half_circle(
@@ -90,7 +90,7 @@ def test_case_of_opposite_falls_exists_only_if_a_block_falls_to_both_sides(make_
 def test_falls_at_right_angles_are_not_more_than_90_degrees_apart(
     make_cube_from_fall_rules, first: int, side: int
 ) -> None:
-    """In the planes φ and φ + 90° the block falls to φ and to φ + 90° or φ − 90°, whatever the rounding of cosines."""
+    """Falls to φ in one plane and to φ ± 90° in another are not opposite, whatever the rounding of cosines."""
     grid = {"azimuth": [first, first + 90], "height": [0.6], "b_over_h": [0.2], "friction": [1.0]}
     assert (
         illustrative_case_of_opposite_falls(
@@ -133,7 +133,7 @@ def test_twists_below_the_printed_resolution_make_no_illustrative_case(
 
 
 def test_a_case_where_another_stone_falls_is_no_standing_example(make_cube_from_fall_rules) -> None:
-    """The film shows all stones of a scene: if the upper one falls, the lower one is no example of a standing stone."""
+    """A lower stone is no example of a standing stone if the upper one falls, since the film shows all stones."""
     cube = make_cube_from_fall_rules(
         lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0]
     )
@@ -150,7 +150,7 @@ CUBE_GRID = {"azimuth": list(range(0, 360, 30)), "height": [0.6], "b_over_h": [0
 
 
 def test_example_of_two_differing_settings_falls_in_one_of_them_only(make_cube_from_fall_rules) -> None:
-    """The example case differs between two settings as most differing cases do, and so do its neighbours."""
+    """The example case falls in the second setting only, as do most cases that differ and its neighbours."""
 
     def falls_in_first_setting(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
         return np.where(broad < 0.25, 1.0, 0.0) + 0 * azimuth

@@ -83,10 +83,10 @@ def random_predictors_and_falls_with_slope(seed: int, slope: float, rows: int) -
 
 
 def is_separated_by_a_plane(design: np.ndarray, outcome: np.ndarray) -> bool:
-    """True if a plane separates falls from stands, by linear programming (Stiemke's theorem).
+    """Return whether a plane separates falls from stands, by linear programming (Stiemke's theorem).
 
-    A share between 0 and 1 counts as a fall and a stand. No plane separates them if positive multiples of the signed
-    rows add up to zero.
+    A share between 0 and 1 counts as both a fall and a stand. No plane separates them if the rows of falls and the
+    negated rows of stands, each times a positive factor, can add up to zero.
     """
     signed = np.concatenate([design[outcome > 0], -design[outcome < 1]])
     zero = np.zeros(design.shape[1])
@@ -96,7 +96,7 @@ def is_separated_by_a_plane(design: np.ndarray, outcome: np.ndarray) -> bool:
 @pytest.mark.parametrize("slope", [5.0, 10.0, 20.0, 40.0])
 @pytest.mark.parametrize("rows", [40, 200])
 def test_fit_is_called_separated_only_if_a_plane_separates_falls(slope: float, rows: int) -> None:
-    """For samples in which no plane separates falls from stands, the fit matches SciPy's BFGS, however steep it is."""
+    """A steep fit is called separated exactly if a plane separates falls from stands; else it matches SciPy's BFGS."""
     for seed in range(12):
         x, y = random_predictors_and_falls_with_slope(seed, slope, rows)
         design = np.column_stack([np.ones(rows), x])
@@ -143,9 +143,9 @@ def test_reference_check_of_separation_handles_ties_and_shares(outcome: list[flo
 
 
 def test_fit_has_no_interval_if_omitting_one_earthquake_separates_the_data() -> None:
-    """Falls and stands overlap in a single earthquake, without which they are separated.
+    """There is no interval if falls and stands overlap in a single earthquake, without which a plane separates them.
 
-    If they overlap in several earthquakes, there is an interval.
+    If falls and stands overlap in several earthquakes, there is an interval.
     """
     x = np.linspace(-1.0, 1.0, 60)
     event, above = np.arange(60) % 10, (x > 0).astype(float)
@@ -188,7 +188,10 @@ def test_estimates_and_errors_match_a_jackknife_over_clusters(x: np.ndarray, y: 
 def random_predictors_falls_and_earthquakes(
     generator: np.random.Generator, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return predictors, falls and earthquake of random records, as many per earthquake as in the default study."""
+    """Return predictors, falls (0 or 1) and earthquake numbers of the cases of random records.
+
+    The numbers of records per earthquake are those of the default study.
+    """
     records = np.resize([4, 1, 1, 4, 1, 2, 1, 4, 2, 4, 1, 1, 1, 1], count)
     event = np.repeat(np.arange(count), records)
     strength = generator.normal(0, 0.3, count)[event] + generator.normal(0, 0.5, event.size)
@@ -206,9 +209,10 @@ def random_predictors_falls_and_earthquakes(
 def test_intervals_cover_the_slopes_and_estimates_are_unbiased() -> None:
     """Jackknife intervals cover the true slopes of a logistic model in 92 to 97.5 % of samples.
 
-    Sandwich intervals with Student's t covered them in 89 to 91 %, and slopes on ln PGA were 5 to 11 % too large.
+    Regression: sandwich intervals with Student's t covered the slopes in 89 to 91 % of samples, and slopes on ln PGA
+    were 5 to 11 % too large.
 
-    The truth is a fit to 4,000 earthquakes, which includes the random effects of earthquakes.
+    The true slopes are those of a fit to 4,000 earthquakes, and so include the random effects of earthquakes.
     """
     generator = np.random.default_rng(42)
     truth = fit_logistic_model(
@@ -227,7 +231,7 @@ def test_intervals_cover_the_slopes_and_estimates_are_unbiased() -> None:
 
 
 def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
-    """All falls are in one earthquake, or a predictor varies in one earthquake only."""
+    """There is no interval if all falls are in one earthquake, or if a predictor varies in one earthquake only."""
     x, event = np.linspace(-1, 1, 40), np.arange(40) // 4
     falls = np.where(event == 5, np.arange(40) % 2, 0)
     fit = fit_logistic_model(x[:, None], falls, event)
@@ -273,7 +277,7 @@ def test_weight_of_a_row_counts_as_repetition() -> None:
 def test_rows_of_zero_weight_do_not_affect_the_fit() -> None:
     """Rows of zero weight form no clusters of the jackknife.
 
-    If all rows with a weight fall, the note says that everything falls.
+    If all rows of positive weight fall, the reason stated for the missing fit is that everything falls.
     """
     x, y = np.array(SHUTTLE_JOINT_TEMPERATURE_F, np.float64)[:, None], np.array(SHUTTLE_JOINT_DISTRESS, np.float64)
     whole = fit_logistic_model(x, y, np.arange(23))
@@ -306,7 +310,10 @@ def test_intervals_cover_the_slope_despite_a_random_shift_of_each_cluster() -> N
     [([0, 0, 0, 0], "nothing falls"), ([1, 1, 1, 1], "everything falls"), ([0, 0, 1, 1], "separate")],
 )
 def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The note is also given with NumPy before 2.4, which cannot compute the rank of a matrix without rows."""
+    """A failed fit states its reason.
+
+    So it does with NumPy before 2.4, which cannot compute the rank of a matrix without rows.
+    """
     rank = np.linalg.matrix_rank
     monkeypatch.setattr(np.linalg, "matrix_rank", lambda matrix: rank(matrix) if len(matrix) else np.max(matrix))
     fit = fit_logistic_model([[1.0], [2.0], [3.0], [4.0]], outcome, [0, 1, 2, 3])

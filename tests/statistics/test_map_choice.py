@@ -29,9 +29,9 @@ def test_maps_of_all_records_of_a_small_study_are_shown() -> None:
 
 
 def test_maps_show_the_extreme_and_median_alignments_of_the_pulse_group() -> None:
-    """Seven records have a pulse.
+    """Maps are chosen from the seven records that have a pulse.
 
-    Two have none, and their alignments, the largest and the smallest of all, are not chosen.
+    The two records without a pulse have the largest and the smallest alignment of all, and are not chosen.
     """
     alignment = np.array([0.1, 0.9, -0.7, 0.3, 0.5, -0.2, np.nan, 1.0, -1.0])
     resultant = np.array([0.2, 0.9, 0.8, 0.4, 0.7, 0.99, 1.0, 1.0, 1.0])
@@ -66,9 +66,10 @@ def test_maps_show_the_clearest_fall_axes_without_fault_normals(known: bool) -> 
 
 @pytest.mark.parametrize("resultant", [0.9 * MIN_RESULTANT_WITH_MEAN_DIRECTION, np.nan])
 def test_maps_show_the_first_records_with_falls_if_none_has_a_fall_axis(resultant: float) -> None:
-    """The resultants are too small (falls in all directions) or undefined (the choice of planes imposes the axis).
+    """The first records with falls are shown if the resultants of fall directions give no axis.
 
-    Nothing falls under the first record.
+    The resultants are too small (falls in all directions) or undefined (the choice of planes imposes the axis). Nothing
+    falls under the first record.
     """
     share = np.array([0.0, 0.2, 0.1, 0.3, 0.3, 1.0])
     chosen = choose_records_for_report_maps(

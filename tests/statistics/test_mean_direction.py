@@ -68,9 +68,9 @@ def test_intervals_of_the_mean_direction_cover_the_true_direction(count: int, co
 
 @pytest.mark.parametrize(("step", "spread"), [(45, 1), (45, 8), (45, 15), (22.5, 3), (22.5, 40), (10, 2)])
 def test_intervals_cover_the_true_direction_of_azimuths_noted_in_steps(step: float, spread: float) -> None:
-    """Intervals of the mean direction allow for a rounding error that the scatter of falls does not show.
+    """Intervals of the mean direction cover the true direction if fall azimuths are rounded to coarse steps.
 
-    Falls that scatter less than the step to which they are rounded share this error.
+    Falls that scatter less than the step share a rounding error, which their scatter does not show.
     """
     generator, covered = np.random.default_rng(6), list[bool]()
     for true in generator.uniform(0, 360, 200):
@@ -95,9 +95,9 @@ def test_intervals_of_many_compass_directions_cover_the_true_direction(
 
     The sampling error of many falls is small, so that their common rounding error matters.
 
-    Some stones fall in random directions. A bound from the variance of all falls took their spread for that of the
-    others: with 8° and 8 % of random falls, 41 % of the intervals contained the true direction, and without these, of
-    300 falls, 81 %.
+    Regression: with a scatter of 8° and 8 % of falls in random directions, 41 % of the intervals contained the true
+    direction, since a bound from the variance of all falls took the spread of the random falls for scatter of the
+    others. For 300 falls without random ones it was 81 %.
     """
     generator, covered, full = np.random.default_rng(6), list[bool](), 180.0 if axial else 360.0
     for true in generator.uniform(0, full, 100):
@@ -111,7 +111,7 @@ def test_intervals_of_many_compass_directions_cover_the_true_direction(
 
 
 def test_rounding_much_finer_than_the_scatter_does_not_widen_the_interval() -> None:
-    """Twenty falls within about 20°, noted in degrees: two falls with the same degree are no sign of a common error."""
+    """Equal values among twenty falls that scatter by about 20°, noted in degrees, are no sign of a common error."""
     falls = np.round(90.0 + 20.0 * np.random.default_rng(3).normal(size=20))
     noted, exact = (mean_direction_with_interval(falls, step).interval_half_width_deg for step in (1.0, 0.0))
     assert noted == exact

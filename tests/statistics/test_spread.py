@@ -15,11 +15,11 @@ from overturning.study.ensemble import fall_probability_convergence_mask
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
 def test_share_of_disagreeing_ensembles_is_independent_of_early_stopping(chances: tuple[float, float]) -> None:
-    """Cases have known fall probabilities, and many of their ensembles stop early.
+    """The share of ensembles whose members disagree matches a closed form, although many ensembles stop early.
 
-    The expected share, for the first batch of members, has a closed form.
+    The share is that for the first batch of members, at known fall probabilities.
 
-    Counted over all runs of each cell, the share would depend on stopping: 0.48 in place of 0.34 for (0.1, 0.85).
+    Counted over all members that were run, the share would depend on stopping: 0.48 in place of 0.34 for (0.1, 0.85).
     """
     cells, settings = 20_000, EnsembleSettings()
     towards, away = chances

@@ -104,7 +104,7 @@ def test_cases_to_check_are_drawn_without_repetition_or_mirror_images() -> None:
 
 @cache
 def near_field_strong_part(number: int, name: str = "a") -> Record:
-    """Return the part of a near-field record from 4 s before its peak to 8 s after it, as a record with this name."""
+    """Return near-field record `number` from 4 s before its peak to 8 s after it, as a record called `name`."""
     motion = strong_part_of_near_field_record(number, 4.0, 8.0)
     return round_samples_to_stored_decimals(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
@@ -117,7 +117,10 @@ class SimulatedRecordsAndCaseSample:
     sample: RandomCaseSample
 
     def sample_with_replaced_flags(self, overturned: Any, divided: Any = None) -> RandomCaseSample:
-        """Return the cells to be checked as if the study had found these overturning flags in them."""
+        """Return the sample with these overturning flags, as if the study had found them.
+
+        `divided`, if given, replaces the flags of cells whose ensemble members disagree on the fall.
+        """
         answers = self.sample.study_outcomes.copy()
         answers["overturned"] = overturned
         divided = self.sample.ensemble_members_disagree_on_fall if divided is None else divided
@@ -404,7 +407,7 @@ def study_of_two_stones_side_by_side(**keys: object) -> Study:
 
 
 def test_sliding_blocks_and_other_shapes_are_not_compared_with_the_rigid_block() -> None:
-    """The cube is not even opened if no case of the study can be compared with the rigid block."""
+    """No sample is read, and the cube is not opened, if no case can be compared with the rigid block."""
     nowhere = Path("nowhere.nc")
     assert read_sample_to_compare_with_rigid_block(nowhere, small_study(friction=[0.33, 0.99])) is None
     assert read_sample_to_compare_with_rigid_block(nowhere, small_study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
@@ -524,9 +527,10 @@ def test_ensemble_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -
 
 
 def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: Path) -> None:
-    """Of five cases, all members fall in one direction, within 10° or within 40° of a mean.
+    """Ensemble members whose falls spread by ±40° disagree on the direction, those within ±10° agree.
 
-    In the fourth half of them stand; in the fifth no member was run.
+    In the first three of five cases all members fall, at 0°, ±10° and ±40° from their mean direction. In the
+    fourth half of the members stand; in the fifth no member was run.
     """
     half = np.radians([0.0, 10.0, 40.0])
     falls = np.array([1.0, 1.0, 1.0, 0.5, np.nan])
@@ -551,9 +555,10 @@ def test_3d_ensemble_members_disagree_if_their_fall_directions_spread(tmp_path: 
 def test_3d_falls_that_change_azimuth_under_slightly_scaled_motion_are_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With the amplitude factor 0.995 a third of the falls turns by 140°.
+    """Falls count as shifted if their azimuth turns by 140° at one of the amplitude factors, but not if by 29°.
 
-    Another third always turns by 29°, too little to count; one block stands at 1.01.
+    A stub turns a third of the falls by 140° at the factor 0.995, and another third by 29° at all factors. One block
+    stands at 1.01.
     """
     body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}, "b_over_h": [0.1, 0.15, 0.2, 0.25]}
     settings = small_study(**body, verification={"at_least": 24, "cost": 100})

@@ -228,7 +228,11 @@ def test_a_scene_that_moves_without_an_earthquake_gives_a_warning() -> None:
 
 
 def test_the_warning_names_the_tilt_at_which_an_overhang_meets_the_ground() -> None:
-    """The cube's corner overhangs the foot's by 0.1 √2 m, and balances on it at atan(0.2 √2 / 0.3) = 43.3°."""
+    """The warning names the tilts at which an overhanging cube meets the ground and tips over its foot.
+
+    Along the diagonal the cube overhangs the foot by 0.1 √2 m; it balances on the foot's corner at atan(0.2 √2 /
+    0.3) = 43.3°.
+    """
     assert warnings_on_study_settings(scene=scene_of_cube_overhanging_its_foot(0.1), orientation={"step": 45}) == []
     (doubt,) = warnings_on_study_settings(scene=scene_of_cube_overhanging_its_foot(0.05), orientation={"step": 45})
     assert doubt.startswith(
@@ -245,7 +249,7 @@ def test_a_block_on_a_slope_steeper_than_its_friction_gives_a_warning() -> None:
 
 
 def test_frictionless_level_block_and_arch_are_stable_at_rest() -> None:
-    """Nothing pushes a level block; the joints of an arch are steep, but pressed together."""
+    """A level block without friction and an arch with steep, but compressed joints do not move by themselves."""
     assert warnings_on_study_settings(scene=scene_of_overhanging_slab(0.0), friction=[0.0]) == []
     assert (
         reason_scene_moves_by_itself(arch_scene(), None, reference_element_height_and_b_over_h(arch_scene())[1], 0.7)

@@ -189,9 +189,10 @@ def test_3d_ensemble_members_are_run_where_the_fall_azimuth_changes(motion_of_tw
 
 
 def test_case_weight_is_the_unbiased_resultant_of_fall_directions_of_members() -> None:
-    """Fall directions of members are von Mises distributed with known resultant.
+    """The weight of a case is the resultant of the fall directions of its members, corrected for bias.
 
-    The uncorrected resultant of eight members is 0.31 where the true one is 0.
+    The directions of eight members are drawn from von Mises distributions of known resultant. Without correction, the
+    mean resultant is 0.31 where the true one is 0.
     """
     generator, count = np.random.default_rng(5), 4000
     for kappa in (0.0, 0.5, 2.0, 8.0):
@@ -392,7 +393,7 @@ def test_a_recheck_finds_only_the_changed_values_if_ensembles_stopped_early(tmp_
 
 @cache
 def _stopping_rule_ends_ensemble(falls: int, size: int, max_interval_width: float) -> bool:
-    """True if the stopping rule ends an ensemble with this number of falls."""
+    """Return whether the stopping rule ends an ensemble after `size` members, of which `falls` fall."""
     flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
     return bool(fall_probability_convergence_mask(flags, max_interval_width)[0])
 
@@ -400,7 +401,7 @@ def _stopping_rule_ends_ensemble(falls: int, size: int, max_interval_width: floa
 def _stopping_probability_by_falls_and_members(
     probability: float, max_interval_width: float, batches: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Return the exact probability, by (k, n), that the stopping rule ends an ensemble with k falls of n members."""
+    """Return the exact probability that an ensemble ends with k falls of n members, by (k, n)."""
     going, ended, size = {0: 1.0}, {}, 0
     for batch in batches:
         size += batch

@@ -24,7 +24,7 @@ def soil_site_settings(thickness_m: float, velocity_m_s: float = 150) -> dict[st
 
 
 def study_with_surveys(*surveys: dict[str, Any], **more: Any) -> Study:
-    """Return a study of two records with the surveys."""
+    """Return a study of two records and of surveys with these settings; `more` gives other settings of the study."""
     content = {"name": "mine", "records": {"use": ["rinaldi", "petrolia"]}, "surveys": surveys}
     return study_from_content(content | more, "mine.yaml")
 

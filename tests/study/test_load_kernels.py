@@ -17,7 +17,7 @@ from tests.study.small_study import sine_cycle_record, small_study
 def test_loading_the_kernels_simulates_one_case_that_moves(
     monkeypatch: pytest.MonkeyPatch, variant: str, keys: dict[str, object]
 ) -> None:
-    """A case at rest would not call the kernel."""
+    """The one simulated case moves, since a case at rest would not call the kernel."""
     steps, simulate = [], sweep.simulate_variant
     monkeypatch.setattr(
         sweep, "simulate_variant", lambda *given: steps.append(simulate(*given)["block_steps"].ravel().tolist())

@@ -20,7 +20,7 @@ AZIMUTHS = np.arange(0.0, 360.0, 45.0)
 
 @pytest.fixture(scope="module")
 def simulated_and_saved_outcomes(tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, xr.Dataset]:
-    """The same cases twice: as returned by `simulate`, and as read from the saved cube of a study."""
+    """Outcomes of the same cases, as returned by `simulate` and as read from the saved cube of a study."""
     own = overturning.simulate(
         SINE_MOTION, overturning.load_scene("against-a-wall"), azimuth_deg=AZIMUTHS, **SIZES_AND_FRICTION
     )

@@ -93,7 +93,7 @@ def test_the_preflight_check_notes_skipped_data_of_a_record_file(tmp_path: Path)
 
 @pytest.mark.parametrize(("gal", "weak"), [(90.0, True), (105.0, False)])
 def test_a_record_too_weak_to_move_any_stone_is_noted(tmp_path: Path, gal: float, weak: bool) -> None:
-    """West: a rigid block of B/H = 0.1 rocks from 98 Gal on, along the motion."""
+    """By West's limit, a rigid block of B/H 0.1 rocks from a PGA of 98 Gal on, along the motion."""
     row = f"slight\tsynthetic\tsine amplitude_gal={gal:g} period_s=1 azimuth_deg=40"
     study = write_record_table_and_make_study(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
     assert preflight_notes_on_records(study) == (
@@ -263,7 +263,7 @@ def test_the_estimated_run_time_is_within_a_factor_of_two_of_the_stored_measurem
 
 
 def test_the_memory_estimate_includes_the_outcomes_of_ensemble_members() -> None:
-    """In the largest job each case has, for each member, a flag of one byte and an azimuth of eight bytes."""
+    """The memory of the largest job includes a flag of 1 byte and an azimuth of 8 bytes per case and member."""
     without, with_members = (
         estimate_cases_time_memory_and_disk_of_study(
             study_of_record("rinaldi", ensemble={"members": n}), chunks_per_record=4

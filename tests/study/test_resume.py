@@ -105,7 +105,7 @@ def test_resuming_does_not_remove_an_unfinished_file_of_the_user(tmp_path: Path)
 
 
 def test_resuming_removes_only_files_of_records_dropped_from_the_study(tmp_path: Path) -> None:
-    """Files that a run writes for a record are removed; files of the user, and files outside, stay."""
+    """Files that a run wrote for a dropped record are removed; the user's files and those outside the results stay."""
     results, outside = tmp_path / "results" / "mine", tmp_path / "elsewhere"
     of_record = (
         *("read/{}.nc", "read/soft/{}.nc", "motion/{}.nc", "motion/soft/{}.nc"),

@@ -245,9 +245,9 @@ def test_comparison_of_two_stones_counts_falls_and_their_order() -> None:
 
 
 def test_variant_without_vertical_keeps_contact_settings(tmp_path: Path) -> None:
-    """A variant without vertical motion has the outcomes of a study without it, and keeps the contact settings.
+    """A variant without vertical motion equals a study without vertical motion, and keeps the contact settings.
 
-    With the contact settings of the study a block of B/H 0.35 falls that stands with the default ones.
+    With the contact settings of the study a block of B/H 0.35 falls, with the default ones it stands.
     """
     record = dataclasses.replace(_record_of_two_sine_cycles(), up=0.8 * _record_of_two_sine_cycles().north)
     grid = {"azimuth": {"step": 60}, "b_over_h": [0.2, 0.35], "friction": [0.9], "ensemble": {"members": 0}}

@@ -16,7 +16,7 @@ def test_the_source_hash_of_a_step_covers_its_subpackages_and_top_level_modules(
         (tmp_path / name).write_text("1", encoding="utf-8")
 
     def change_file_and_report_changed_source_hashes(name: str) -> list[bool]:
-        """Change a file and return, for the steps that use dem and report, whether their source hash changed."""
+        """Change a file and return whether the source hashes of the subpackages dem and report changed."""
         steps = (("dem",), ("report",))
         before = [sources.package_source_hash.__wrapped__(*one) for one in steps]
         (tmp_path / name).write_text("2", encoding="utf-8")

@@ -105,7 +105,7 @@ def test_a_3d_cube_has_orientation_and_aspect_in_place_of_azimuth(
 
 
 def test_flags_in_a_3d_cube_have_their_documented_values(loaded_cube: xr.Dataset) -> None:
-    """CF 1.11, section 3.5: one meaning for each of the flag values, and no other value."""
+    """Flag variables have one meaning for each flag value, and no other values (CF 1.11, section 3.5)."""
     flags = {name: values for name, values in loaded_cube.variables.items() if "flag_values" in values.attrs}
     assert {"overturned", "plane_overturned", "repeated", "vertical"} <= set(flags)
     for name, values in flags.items():
@@ -283,7 +283,10 @@ def test_a_loaded_study_keeps_its_mesh_vertices_without_the_mesh_file(tmp_path: 
 
 
 def test_study_check_reports_how_an_open_mesh_was_repaired(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A box of 0.3 m³ without its base, which is closed by a lid; it is convex, so that it becomes a polyhedron."""
+    """The study check reports that a box of 0.3 m³ without its base was closed by a flat lid.
+
+    The box is convex, so that it becomes a polyhedron.
+    """
     pytest.importorskip("trimesh")
     whole = box((0.5, 0.6, 1.0))
     open_below = whole._replace(triangles=whole.triangles[~(whole.triangle_corners[:, :, 2] == 0.0).all(axis=1)])

@@ -72,10 +72,10 @@ def loaded_cube(cube_file: Path) -> xr.Dataset:
 def test_estimated_computing_time_of_drum_columns_is_within_twice_the_measured(
     plan: str | int, measured: float
 ) -> None:
-    """Estimated times of columns, relative to square drums, are within a factor of 2 of measured ones.
+    """Estimated computing times of columns of drums are within a factor of 2 of measured ones.
 
-    A column of two polygonal or round drums and a capital takes about `measured` times as long to simulate as one of
-    square drums.
+    `measured` is the time of a column of two polygonal or round drums and a capital, over that of one with square
+    drums.
     """
     ground = {"name": "ground", "kind": "driven", "width": 40, "depth": 40, "height": 1, "at": (0, -1)}
 

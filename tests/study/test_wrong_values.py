@@ -132,7 +132,7 @@ def test_error_for_a_wrong_table_cell_has_no_pydantic_words(model: type[BaseMode
     ],
 )
 def test_the_error_for_a_wrong_processing_step_names_the_remedy(processing: Any, message: str, tmp_path: Path) -> None:
-    """The error is the same for a study file and for `read` in Python."""
+    """The error is the same for a processing step in a study file and for one given to `read` in Python."""
     with pytest.raises(ConfigError, match=re.escape(f"mine.yaml: {message}")):
         study_from_content(VALID_STUDY_SETTINGS | {"processing": processing}, "mine.yaml")
     with pytest.raises(ArgumentError, match=re.escape(message)):

@@ -36,7 +36,7 @@ def fallen_stone(azimuth: float, **more) -> Stone:
 
 
 def random_fallen_stones(n: int, centre: float, half_width_deg: float, seed: int) -> list[Stone]:
-    """Return stones whose fall azimuths are drawn at random within ``half`` degrees of ``centre``."""
+    """Return `n` stones whose fall azimuths are drawn at random within `half_width_deg` of `centre`, degrees."""
     return [
         fallen_stone(a)
         for a in np.random.default_rng(seed).uniform(centre - half_width_deg, centre + half_width_deg, n)
@@ -197,9 +197,10 @@ def test_a_stone_stouter_than_blocks_that_stand_also_stands(make_cube_from_fall_
 def test_prediction_for_unknown_face_azimuth_averages_all_face_azimuths(
     make_cube_from_fall_rules, front: float, side: float
 ) -> None:
-    """Blocks fall in planes within 60° of 20°, and below B/H 0.4 in all.
+    """The prediction for an unknown face is the mean of those for all face azimuths.
 
-    If both planes of a stone fall, the earlier fall decides.
+    Blocks fall in planes within 60° of 20°; those of B/H below 0.4 fall in all planes. If blocks fall in both planes
+    of a stone, the earlier fall decides.
     """
 
     def fall_rule_near_azimuth_20_or_below_b_over_h_0_4(azimuth, _, slender, __):
@@ -247,7 +248,7 @@ def standing_stone_of_known_face(face: float = 60, front_b_over_h: float = 0.3, 
 def test_a_rectangular_stone_falls_over_its_slender_side(
     make_cube_from_fall_rules, make_sector_fall_rule, stone: Stone, most: str
 ) -> None:
-    """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
+    """Blocks fall in planes within 30° of 60°, up to B/H 0.3 only: a stone that is broad towards 60° stands."""
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 30, largest_b_over_h=0.3), azimuth=range(0, 360, 2))
     sides = SiteFallPrediction(site, random_outcome_stone_share=0).standing_and_side_probabilities(stone)
     assert STANDING_OR_FALL_SIDES[int(np.argmax(sides))] == most
@@ -260,7 +261,7 @@ def test_predicted_azimuths_are_uniform_within_45_degrees_of_the_face_normal(
 ) -> None:
     """Predicted falls cover the 90° about the face normal evenly, even if 90° is no multiple of the azimuth step.
 
-    `north` is the part in octant N, degrees.
+    `north` is the width of their part in octant N, degrees.
     """
     site = make_cube_from_fall_rules(make_sector_fall_rule(face, step), azimuth=range(0, 360, step))
     stone = fallen_stone(face, b_over_h=0.3, face_azimuth_deg=face)
@@ -308,7 +309,7 @@ def test_the_earlier_fall_of_two_planes_decides_the_direction(
 
 
 def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube_from_fall_rules) -> None:
-    """Half of the runs fall in each plane, the front one earlier: ¼ stand, ½ fall forwards, ¼ to the right."""
+    """In each plane half of the runs fall, earlier in the front plane: ¼ stand, ½ fall forwards, ¼ to the right."""
     cube = cube_with_fall_times_along_60_and_150(make_cube_from_fall_rules, 5.0, 6.0)
     half = np.abs(cube["overturned"]) * 0.5
     towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
@@ -319,7 +320,7 @@ def test_ensemble_runs_of_both_planes_are_combined_as_independent(make_cube_from
 
 
 def test_falls_in_both_planes_are_combined_at_equal_height_and_friction(make_cube_from_fall_rules) -> None:
-    """At one friction blocks fall forwards, at the other to the right: none of them stands."""
+    """At one friction blocks fall forwards, at the other to the right, so that no stone is predicted to stand."""
 
     def fall_sides_along_axis_set_by_friction(azimuth, height, slender, friction):
         axis = np.where(friction < 0.5, 60, 150)
@@ -477,7 +478,7 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(cu
 
 
 def fall_rule_by_friction_and_height(azimuth, height, slender, friction):
-    """Fall rule: in every plane blocks of B/H up to 0.3 fall; at the low friction only those 1.2 m high."""
+    """Return overturning flags: in every plane blocks of B/H up to 0.3 fall, at low friction only those 1.2 m high."""
     return np.where(azimuth < 180, 1, -1) * (slender < 0.35) * ((friction > 0.5) | (height > 1))
 
 
@@ -518,8 +519,8 @@ def test_computed_fall_share_uses_the_known_face_or_all_orientations(
 ) -> None:
     """The computed fall share uses the known face of a stone, or all orientations if the face is unknown.
 
-    Blocks fall in planes within 30° of 60°: a square stone falls if blocks fall in either of its planes, in 60°/90°
-    of all orientations.
+    Blocks fall in planes within 30° of 60°. A square stone falls if either of its two planes is among them, as for
+    60° of each 90° of orientations.
     """
     site = make_cube_from_fall_rules(
         make_sector_fall_rule(60, 30), azimuth=range(0, 360, 1), height=(0.6,), friction=(1.0,)
@@ -632,7 +633,7 @@ def test_stones_without_a_computed_outcome_are_counted_and_not_predicted_to_stan
 def test_fallen_stones_that_never_fall_in_the_simulations_are_counted(
     make_cube_from_fall_rules, background: float
 ) -> None:
-    """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""
+    """Fallen stones of B/H 0.45 are counted, since blocks fall in every plane up to B/H 0.3 and none broader falls."""
     site = make_cube_from_fall_rules(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
     slender = fallen_stone(10)
     stout = fallen_stone(200, b_over_h=0.45)
@@ -689,11 +690,10 @@ def test_a_16_point_direction_between_two_octants_counts_half_in_each() -> None:
 def test_stones_split_between_octants_count_as_whole_stones(
     cube_of_falls_around_azimuth_60, declination: float
 ) -> None:
-    """With a declination of 6.5° the fractions of a stone in two octants add up to slightly less than 1 by rounding.
+    """Tests count two stones even if the fractions of each in two octants add up to less than 1 by rounding.
 
-    The tests still count two stones.
-
-    Two stones lie at least so near to each other, whatever the prediction, in an eighth of random surveys.
+    The rounding occurs with a declination of 6.5°. In an eighth of random surveys two stones lie at least as near to
+    each other as these, whatever the prediction, so that p exceeds 0.1.
     """
     stones = [Stone(True, wind + declination, False, has_16_point_direction=True) for wind in (22.5, 45.0)]
     found = compare_survey_with_prediction(stones, cube_of_falls_around_azimuth_60)
@@ -704,7 +704,7 @@ def test_stones_split_between_octants_count_as_whole_stones(
 def test_stones_of_each_site_are_compared_with_the_motion_there(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
-    """Stones at A fall as under one motion, those at B as under another; the sums are those of the sites alone."""
+    """Stones at A and B fall as under two motions; log likelihood ratio and predicted counts add up over the sites."""
     east, west = (
         make_cube_from_fall_rules(make_sector_fall_rule(towards, 30), azimuth=range(0, 360, 2)) for towards in (90, 270)
     )

@@ -139,7 +139,10 @@ def test_no_direction_comparison_without_known_fall_directions(tmp_path: Path) -
 
 
 def test_directions_drawn_from_the_study_fit_and_opposite_ones_do_not(tmp_path: Path) -> None:
-    """The likelihood ratio does not change if survey and cube are rotated together."""
+    """Fall directions drawn from the cube fit, opposite ones do not.
+
+    The likelihood ratio does not change if survey and cube are rotated together.
+    """
     generator = np.random.default_rng(11)
     shape = tuple(len(one) for one in CUBE_GRID.values())
     azimuth = (60.0 + generator.normal(0.0, 30.0, shape)) % 360.0

@@ -102,7 +102,7 @@ def test_a_stone_is_compared_with_its_face_azimuth_and_size(tmp_path: Path) -> N
 
 
 def test_intervals_of_a_survey_drawn_from_a_cube_contain_the_values_of_the_cube(tmp_path: Path) -> None:
-    """Stones drawn from the cube itself: the intervals of the observed values hold the computed ones."""
+    """For stones drawn from the cube, the intervals of the observed values contain the computed values."""
     generator = np.random.default_rng(7)
     shape = tuple(len(one) for one in CUBE_GRID.values())
     falls = (generator.random(shape) < np.array([0.2, 0.4, 0.1])[:, None]).astype(float)
@@ -161,7 +161,7 @@ def test_stones_without_a_computed_outcome_are_counted_as_such(tmp_path: Path) -
 
 
 def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path) -> None:
-    """The grid has B/H 0.3 to 0.5 and D/B 1: stones a quarter outside it are compared, a thin headstone is not."""
+    """Stones up to a quarter outside the grid (B/H 0.3 to 0.5, D/B 1) are compared, those farther outside are not."""
     path = tmp_path / "stones.csv"
     path.write_text(
         "outcome,b_over_h,b_over_h_side,count\n"
@@ -183,9 +183,9 @@ def test_stones_far_outside_the_grid_are_counted_and_not_compared(tmp_path: Path
 
 @pytest.mark.parametrize("row", ["fell,30,0.8,0.2,0.4,30", "fell,120,0.8,0.4,0.2,30"])
 def test_a_stone_described_from_its_narrow_face_gives_the_same_comparison(tmp_path: Path, row: str) -> None:
-    """The broad face of the stone looks to 30° and its narrow face to 120°.
+    """A stone gives the same comparison if described from its broad face, 30°, or from its narrow face, 120°.
 
-    The cube has B/H of the broad face and D/B of at least 1.
+    The cube has only stones described from the broad face, with D/B of at least 1.
     """
     grid = {"record": ["a"], "orientation": np.arange(0.0, 180.0, 15.0), "height": [0.8], "b_over_h": [0.2, 0.4],
             "aspect": [1.0, 2.0], "friction": [0.7]}  # fmt: skip
@@ -274,9 +274,9 @@ def test_displacement_findings_are_in_centimetres(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("n", [6, 9, 20, 101])
 def test_interval_of_a_median_has_at_least_its_stated_probability(n: int) -> None:
-    """The probability that the median lies between two ranks is binomial.
+    """The ranks of the interval enclose the median with a binomial probability of at least 95 %.
 
-    Ranks one closer to each other on both sides have less than 95 %.
+    Ranks closer by one on each side enclose the median with less than 95 %.
     """
     low, high = exact_median_interval(np.random.default_rng(n).permutation(n))
     rank = int(low) + 1

@@ -24,7 +24,7 @@ def cube_with_fall_direction_by_slenderness(
 ):
     """Return a cube on a grid of 15°: slender blocks fall around 60° and stout ones around `stout_azimuth_deg`.
 
-    They fall within `half_width_deg` degrees of this azimuth; with an `angular_period_deg` of 180° also opposite.
+    Both fall within `half_width_deg` of their azimuth and, with an `angular_period_deg` of 180°, of the opposite one.
     """
 
     def fall_rule(azimuth: np.ndarray, _: np.ndarray, b_over_h: np.ndarray, *__: np.ndarray) -> np.ndarray:
@@ -46,7 +46,7 @@ def cube_with_two_fall_axes(make_cube_from_fall_rules):
 def test_rotating_survey_and_cube_together_changes_no_test_result(
     make_cube_from_fall_rules, cube_of, turn: int
 ) -> None:
-    """Stones of different B/H have different distributions; survey and cube are turned together.
+    """Rotating survey and cube together changes no test result, for stones of two B/H with different directions.
 
     Directions predicted to both sides of an axis have no mean.
     """
@@ -95,12 +95,11 @@ def test_p_values_of_exact_azimuths_are_uniform_for_falls_to_both_sides(make_cub
 def test_a_true_prediction_fits_azimuths_recorded_in_steps(
     make_cube_from_fall_rules, make_sector_fall_rule, step: int, count: int, surveys: int
 ) -> None:
-    """Falls are drawn from the prediction and rounded.
+    """Tests seldom reject a true prediction if fall azimuths drawn from it are rounded to steps.
 
-    Tests for continuous angles would reject every survey in steps of 30°.
-
-    So did the octants that held one or two of the possible azimuths. Azimuths in two octants vary less than whole
-    stones, so that the tests of octants reject a true prediction less often than they say.
+    Tests for continuous angles would reject every survey in steps of 30°. So would tests of octants that each hold one
+    or two of the possible azimuths. An azimuth split between two octants varies less than a whole stone, so that the
+    tests of octants reject a true prediction less often than their level states.
     """
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 60), azimuth=range(0, 360, 5))
     predicted, generator = SiteFallPrediction(site), np.random.default_rng(1)
@@ -146,7 +145,7 @@ def test_a_wrong_prediction_does_not_fit_azimuths_recorded_in_steps(
 def test_expected_octant_counts_follow_the_steps_of_observed_azimuths(
     make_cube_from_fall_rules, make_sector_fall_rule
 ) -> None:
-    """All fall within 52.5° to 67.5°, noted as 60° in steps of 30°: a quarter of the step lies in E."""
+    """All blocks fall within 52.5° to 67.5°, noted as 60° in steps of 30°: a quarter of the step is in octant E."""
     site = make_cube_from_fall_rules(make_sector_fall_rule(60, 1), azimuth=range(0, 360, 15))
     found = compare_survey_with_prediction(
         [fallen_stone(60, fall_azimuth_recording_step_deg=30.0)], site, random_outcome_stone_share=0.0

@@ -25,7 +25,7 @@ STORED_CURVES = [
 def fall_rates_and_intensities_with_stub_fit(monkeypatch: pytest.MonkeyPatch) -> tuple[xr.Dataset, xr.Dataset]:
     """Return fall rates and intensities of two records, and replace the fitting of curves by a stub.
 
-    Fitting is replaced by a stub that gives no curves, so that a test notices a new fit.
+    The stub returns no curves, so that a test notices if curves are fitted again.
     """
     monkeypatch.setattr(fragility_results, "fit_population_fragility_curves", lambda *_: [])
     rates = xr.Dataset(

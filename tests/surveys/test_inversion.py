@@ -49,7 +49,10 @@ ROUND_COLUMN_HEIGHTS_AND_B_OVER_H = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
 
 
 def elliptic_candidate_motion(period: float, event: str = "", east_over_north: float = 0.0) -> CandidateMotion:
-    """Return a motion: a sine to the north, 2 m/s², and ``east`` times that to the east, a quarter period later."""
+    """Return a motion: a sine of 2 m/s² to the north, and `east_over_north` times it to the east.
+
+    The sine to the east begins a quarter period later.
+    """
     time = np.arange(0, 1.25 * period + 0.05, 0.01)
     north = np.where(time <= period, 2.0 * np.sin(2 * np.pi * time / period), 0.0)
     lag = time - period / 4
@@ -62,7 +65,7 @@ def outcomes_by_pgv_rule(
 ) -> np.ndarray:
     """Return outcomes in place of the kernel: stones fall where PGV exceeds the limit 3 m/s · B/H · √(H/m).
 
-    They fall to the north under the motion of 0.5 s and to the south under another.
+    Stones fall to the north under the motion named 0.5 s, and to the south under any other.
     """
     height, shape = (
         grid[np.array(size_grid_indices)[:, i]] for i, grid in enumerate((SIMULATED_HEIGHTS_M, SIMULATED_B_OVER_H))
@@ -80,7 +83,7 @@ def outcomes_by_pgv_rule(
 
 @pytest.fixture
 def inversion_with_known_outcomes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SurveyInversion:
-    """Return the inversion of surveys of round columns with two motions, whose outcomes follow from a rule."""
+    """Return an inversion for round columns with two candidate motions; `outcomes_by_pgv_rule` replaces the kernel."""
     monkeypatch.setattr(stone_outcomes, "simulate_outcomes_of_sizes", outcomes_by_pgv_rule)
     kinds = [StoneHeightAndSideRatios(*size, 0.0) for size in ROUND_COLUMN_HEIGHTS_AND_B_OVER_H]
     return SurveyInversion(
@@ -236,9 +239,9 @@ def test_falls_alone_give_the_peak_velocity_no_upper_bound(inversion_with_known_
 
 
 def test_survey_with_only_falls_has_an_uninformative_axis_arc(inversion_with_known_outcomes: SurveyInversion) -> None:
-    """Simulated surveys showed that arcs from falls alone hold the true axis no more often than random arcs.
+    """A survey with only falls has an axis arc of 162°, which contains a random axis with 162/180 = 90 %.
 
-    An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
+    In simulated surveys, arcs from falls alone contained the true axis no more often than random arcs.
     """
     fell = [
         fallen_or_standing_round_column(size, azimuth, 4)
@@ -324,7 +327,7 @@ def test_missing_sizes_are_counted_and_weighted_by_the_population(
 
 
 def test_a_survey_with_zero_background_has_a_posterior(inversion_with_known_outcomes: SurveyInversion) -> None:
-    """A survey with background 0 has a posterior, since stones that are described alike differ.
+    """A survey with background 0 has a posterior, since stones of equal description may behave differently.
 
     Even with the setting `surveys: [{background: 0}]` no outcome is impossible.
     """
@@ -370,9 +373,9 @@ def test_stone_dimensions_to_simulate_have_the_smaller_of_both_b_over_h() -> Non
 
 
 def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
-    """Two slabs of B/H 0.15 by 0.6 under a pulse along north: what faces north falls, what faces east stands.
+    """Of two slabs of B/H 0.15 by 0.6 under a pulse along north, the one that faces north falls, the other stands.
 
-    The pulse's 0.4 g lie between the 0.15 g and the 0.6 g that lift the one and the other edge.
+    The other faces east. The peak of 0.4 g lies between the accelerations that lift the two edges, 0.15 g and 0.6 g.
     """
     one = elliptic_candidate_motion(1.0)
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height_m": 0.45}
@@ -399,7 +402,8 @@ def test_pgv_bounds_contain_a_true_motion_missing_from_the_library(tmp_path: Pat
     Columns are simulated under the record of Parachute Test Site at about 87 cm/s, and inverted with records of other
     earthquakes only.
 
-    Synthetic pulses in planes, with a plain likelihood, gave 152.3 to 152.8 cm/s "with 90 % probability".
+    An earlier inversion, with a plain likelihood and synthetic pulses in planes, gave a 90 % interval of 152.3 to 152.8
+    cm/s.
     """
     every = candidate_motions_from_shipped_records()
     truth = next(one for one in every if "Parachute" in one.name)
@@ -481,7 +485,10 @@ def test_error_about_stone_sizes_names_the_file_and_all_lines() -> None:
 
 
 def test_the_predicted_case_count_is_that_of_simulated_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The count is that of the cases then simulated, without cached ones; the time grows with the duration."""
+    """The predicted number of cases is that of the cases then simulated, without cached ones.
+
+    The predicted computing time grows with the duration of the motions.
+    """
     asked: list[int] = []
 
     def fake_standing_results_and_count_cases(

@@ -33,7 +33,7 @@ SAMPLING_INTERVAL = 0.01
 
 
 def motion_of_one_sine_cycle_after_rest(peak: float, period: float, azimuth_deg: float = 0.0) -> Motion:
-    """Return one sine of a peak, m/s², and a period, s, towards an azimuth."""
+    """Return a motion: one sine cycle of a peak, m/s², and a period, s, along an azimuth, degrees."""
     sine = peak * np.sin(2 * np.pi * np.arange(0, period + SAMPLING_INTERVAL, SAMPLING_INTERVAL) / period)
     sine = np.concatenate([sine, np.zeros(5)])
     phi = np.radians(azimuth_deg)
@@ -52,7 +52,7 @@ def test_sampled_stones_have_the_sizes_of_the_population() -> None:
 
 
 def simulated_cube(motion: Motion, **axes: list[float]) -> xr.Dataset:
-    """Simulate blocks of these sizes under a motion in planes every 15°."""
+    """Simulate blocks of these heights, B/H and frictions under a motion in planes every 15°."""
     return simulate(motion, azimuth_deg=np.arange(0, 360, 15), **axes)
 
 
@@ -213,9 +213,10 @@ def test_fall_rates_of_two_cubes_count_only_stones_known_in_both(fixed: float) -
 
 @pytest.mark.parametrize("fixed", [0.0, 0.3])
 def test_shares_of_shifted_and_rotated_stones_match_hand_counts(fixed: float) -> None:
-    """Four square stones: one falls, one is shifted, one rotated, one both; rotation by 90° changes nothing.
+    """Of four square stones one falls, one is shifted, one is rotated, and one is both shifted and rotated.
 
-    Of a cemetery in which 30 % of the stones are fixed to their base, the other 70 % do so.
+    Turning all faces by 90° or 270° changes no share. If 30 % of the stones are fixed to their base, the shares are
+    70 % of those of free stones.
     """
     free = 1 - fixed
     values = {"overturned": [1, 0, 0, 0], "fall_azimuth": [40, np.nan, np.nan, np.nan], "residual_twist": [np.nan, 2,
@@ -333,7 +334,7 @@ def test_fragility_fits_separate_spread_of_records_from_that_of_stones() -> None
 
 @pytest.mark.parametrize("agree", [1, 2, 3])
 def test_agreement_share_equal_in_all_earthquakes_has_an_interval_of_nonzero_width(agree: int) -> None:
-    """Of the four motions of each of ten earthquakes, equally many agree: other earthquakes may still differ."""
+    """Equally many of the four motions of each of ten earthquakes agree; the interval allows for other earthquakes."""
     selected = np.ones((10, 4), np.bool_)
     events = np.array([f"earthquake {number}" for number in range(10)])
     found = share_of_compared_motions_with_interval(np.arange(4) < np.full((10, 1), agree), selected, events)

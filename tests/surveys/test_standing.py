@@ -39,7 +39,7 @@ def fragility_curve_row(median: float, spread: float, **more: float) -> Fragilit
 def test_fall_rate_under_a_power_law_hazard_matches_the_closed_form(
     k: float, median: float, spread: float, count: int
 ) -> None:
-    """λ = k0 m^−k exp(k²β²/2) (Cornell et al. 2002)."""
+    """The rate is k0 m^−k exp(k²β²/2), with median m and log spread β of the fragility (Cornell et al. 2002)."""
     hazard = power_law_hazard(1e-4, k, 1e-4, 1e4, count)
     found = estimate_standing_probability(fragility_curve_row(median, spread), hazard, 500.0)
     rate = 1e-4 * median**-k * math.exp(0.5 * (k * spread) ** 2)
@@ -55,9 +55,9 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
         return float(norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1))
 
     def annual_fall_rate_from_hazard_curve_by_quadrature(low: float, high: float) -> float:
-        """Return the fall rate ∫ P |dν| from `low` to `high`, g, by SciPy for a log-log linear hazard curve ν.
+        """Return the annual rate of falls at levels from `low` to `high`, g: ∫ P |dν|, integrated by SciPy.
 
-        The logarithm of ν is linear in that of the level between the levels of the curve.
+        P is the fall probability and ν the hazard curve; ln ν is linear in ln level between the levels of the curve.
         """
         total = 0.0
         for a, b, one, two in zip(level[:-1], level[1:], rate[:-1], rate[1:], strict=True):
@@ -94,7 +94,7 @@ def test_fall_rate_under_any_hazard_matches_quadrature() -> None:
 
 
 def test_stones_of_differing_strength_survive_longer_than_equal_ones() -> None:
-    """Without a spread of records, a stone falls at a level s of its own; the survival is integrated by SciPy.
+    """If records add no spread, each stone falls at its own level s; SciPy averages the survival over all stones.
 
     In T years, a stone survives with the probability exp(−k0 s^−k T), where the hazard curve is k0 s^−k a year.
     """
@@ -112,7 +112,7 @@ def test_stones_of_differing_strength_survive_longer_than_equal_ones() -> None:
 
 
 def test_upper_bound_of_a_rate_without_falls_is_the_rule_of_three() -> None:
-    """The posterior T exp(−λT) holds 95 % below 3.00/T: the rule of three."""
+    """The posterior density T exp(−λT) of the rate λ after T years has 95 % below 3.00/T: the rule of three."""
     assert upper_bound_of_annual_fall_rate(1000.0) == pytest.approx(2.9957e-3, rel=1e-4)
     assert quad(lambda rate: 50 * math.exp(-50 * rate), 0, upper_bound_of_annual_fall_rate(50.0))[0] == pytest.approx(
         0.95
@@ -254,7 +254,7 @@ def test_a_hazard_whose_unit_is_wrong_is_refused(
 def test_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
     tmp_path: Path, run_stood_command: Callable[..., str], top: float, refused: bool
 ) -> None:
-    """Regression: levels of up to 8 m/s, labelled cm/s, passed with all falls from levels beyond the records."""
+    """Regression: levels up to 8 m/s labelled cm/s were accepted, though all records are stronger than 8 cm/s."""
     files = tmp_path / "fragility.csv", tmp_path / "hazard.csv"
     files[0].write_text(
         "stones,measure,unit,median,log_spread,least,most\nall,PGV,cm/s,60,0.4,20,180\n", encoding="utf-8"
@@ -268,9 +268,9 @@ def test_hazard_in_m_s_labelled_cm_s_is_refused_up_to_10_m_s(
 
 
 def write_survey_and_return_fragility_and_hazard_files(folder: Path, lowest_level_g: float) -> tuple[Path, Path]:
-    """Write a fragility curve, a hazard and a survey of one standing stone; return the first two paths.
+    """Write a fragility curve, a hazard curve and a survey of one standing stone; return the paths of the two curves.
 
-    The log spreads are 0.5 (stones) and 0.3 (records), and the hazard is 1e-4 x^−2.5 a year from `first` to 10 g.
+    The log spreads are 0.5 (stones) and 0.3 (records), and the hazard is 1e-4 x^−2.5 a year up to 10 g.
     """
     fields = "median", "log_spread", "record_spread", "other_spread"
     values = 0.6, math.hypot(0.3, 0.5), 0.3, 0.5
@@ -306,9 +306,9 @@ def test_largest_hazard_compatible_with_survivors_lets_5_percent_stand(
 def test_fall_rate_below_the_first_hazard_level_is_reported(
     tmp_path: Path, run_stood_command: Callable[..., str]
 ) -> None:
-    """At the first level 1 % of stones fall.
+    """The reported rate of falls below the first level equals the gain in rate with a curve that begins lower.
 
-    The reported rate of falls below it equals the difference from a curve that begins lower.
+    At the first level of the higher curve, 1 % of stones fall.
     """
     spread, rates = math.hypot(0.3, 0.5), []
     for first in (0.155, 0.0155, 0.005):

@@ -29,7 +29,7 @@ from tests.dem.test_same_bits import NUMPY_INSTRUCTION_SETS
 def test_shipped_stone_outcomes_match_new_simulations(
     candidate_motions_of_package: tuple[CandidateMotion, ...], aspect: float, count: int
 ) -> None:
-    """Stones of random motions and sizes are simulated again, for all frictions, peak velocities and face azimuths."""
+    """Shipped outcomes of random motions and sizes equal new ones at all frictions, peak velocities and azimuths."""
     motions, dice = candidate_motions_of_package, np.random.default_rng([count, int(10 * aspect)])
     for one in dice.choice(len(motions), count):
         shipped = shipped_stone_outcomes_of_motion(motions[one], aspect)
@@ -41,7 +41,7 @@ def test_shipped_stone_outcomes_match_new_simulations(
 
 @pytest.mark.long
 def test_case_grid_text_equals_that_of_shipped_outcomes_on_any_processor() -> None:
-    """NumPy is run without its code for wide vectors, with which exponentials and logarithms have other last digits."""
+    """NumPy runs without wide-vector instructions, which change the last digits of exponentials and logarithms."""
     command = [
         sys.executable,
         "-c",
@@ -121,7 +121,7 @@ def test_only_stones_within_the_documented_limits_have_shipped_outcomes(
 
 
 def motion_with_changed_components(one: CandidateMotion, **changes: object) -> CandidateMotion:
-    """Return a candidate motion some of whose components are replaced."""
+    """Return a candidate motion with the components given in `changes` (`north`, `east`, `up`) replaced."""
     motion = one.motion
     parts = {"north": motion.north, "east": motion.east, "up": motion.up} | changes
     return replace(one, motion=Motion(**parts, sampling_interval=motion.sampling_interval))

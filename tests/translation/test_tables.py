@@ -199,9 +199,9 @@ def test_texts_made_of_several_phrases_are_translated_phrase_by_phrase(english: 
     ],
 )
 def test_a_sentence_with_a_line_break_at_any_space_is_translated(sentence: str) -> None:
-    """A caption is wrapped into lines before it is translated.
+    """A sentence that is broken at any one space keeps no more English words than the unbroken one.
 
-    A line break at any space leaves only names in English.
+    Captions are wrapped into lines before they are translated.
     """
     names = untranslated_latin_words(translate(sentence, "ja"))
     for place, letter in enumerate(sentence):

@@ -9,7 +9,7 @@ from verification.backwards_coverage import confidence_interval_of_coverage, cov
 
 
 def surveys_with_given_coverage_by_event(shares: list[float], size: int = 10) -> pd.DataFrame:
-    """Return a table of surveys; for a given share of each earthquake's, the interval contains the true value."""
+    """Return a table of surveys; intervals of a given share of each earthquake's surveys hold the true value."""
     rows = [(f"E{event}", k < round(share * size)) for event, share in enumerate(shares) for k in range(size)]
     return pd.DataFrame(rows, columns=["event", "holds"])
 
@@ -31,7 +31,10 @@ def test_surveys_under_one_earthquake_are_not_independent_samples() -> None:
 
 
 def test_most_confidence_intervals_by_earthquake_contain_the_true_coverage() -> None:
-    """The coverages under 19 earthquakes, with 20 surveys each, are drawn from a beta distribution with mean 0.9."""
+    """More than 88 % of 120 confidence intervals contain the true coverage of 0.9.
+
+    The coverages under 19 earthquakes, with 20 surveys each, are drawn from a beta distribution with mean 0.9.
+    """
     generator, held = np.random.default_rng(7), 0
     for _ in range(120):
         shares = generator.binomial(20, generator.beta(9.0, 1.0, 19)) / 20

@@ -57,9 +57,9 @@ def test_the_first_and_last_azimuth_of_a_cube_count_as_neighbours() -> None:
 
 
 def test_3d_falls_are_robust_only_if_neighbours_fall_in_the_same_direction() -> None:
-    """At the second of four orientations the bodies of the old cube fall east, at all others north.
+    """Two changed fall directions are not robust, since in the old cube they differ from those of the neighbours.
 
-    So no changed case is robust.
+    In the old cube, bodies fall east at the second of four orientations; all others fall north or nearly so.
     """
     old, new = cube_of_flags([[1, 1]] * 4), cube_of_flags([[1, 1]] * 4)
     for one, second in ((old, 90.0), (new, 0.0)):
@@ -88,7 +88,7 @@ def test_slips_of_stack_cubes_are_compared_by_residual_slip() -> None:
     """Cubes of stacks have no peak slip; a residual slip of 4 mm to the north and 3 mm to the west counts as 5 mm."""
 
     def stack_cube_with_scaled_residual_slips(one: xr.Dataset, share: float) -> xr.Dataset:
-        """Return a cube of stacks with residual slips."""
+        """Return a cube of stacks with residual slips of `share` times 4 mm to the north and 3 mm to the west."""
         still = xr.zeros_like(one.peak_slip)
         north, east = (still + share * value for value in (0.004, -0.003))
         return one.drop_vars("peak_slip").assign(residual_slip_north=north, residual_slip_east=east)

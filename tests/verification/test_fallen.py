@@ -23,7 +23,7 @@ from verification.stability.checks import (
 
 
 def simulate_falling_case(scene: Scene) -> CaseResults:
-    """Simulate a case in which the stone of a scene falls; of the three-tier grave, only the shaft."""
+    """Simulate a case in which the stone of a scene falls; in the three-tier grave, only the shaft falls."""
     return simulate_cases(
         scene, one_second_sine_cycle(6.0), Cases([180.0], *reference_element_height_and_b_over_h(scene), 0.7)
     )
@@ -93,7 +93,7 @@ def test_a_boulder_counts_as_fallen_when_it_lies_on_its_next_side() -> None:
     The faces from (0.22, 0) to (0.52, 0.31) and from (−0.18, 0) to (−0.56, 0.47) reach the ground when the boulder
     has rotated by their inclinations.
 
-    Results keep no sign of a rotation, so it surely has fallen at the larger of both.
+    Results hold rotations without their signs: only beyond the larger inclination has the boulder certainly fallen.
     """
     prepared = prepare_scene(load_shipped_scene("boulder"))
     comes_down = np.arctan2(0.47, 0.38)

@@ -105,7 +105,7 @@ def result_folders_with_few_and_many_records(
 
 
 def peak_memory_bytes(statistic: Statistic, folder: Path) -> int:
-    """Peak memory that NumPy and Python allocate for a statistic, bytes."""
+    """Return the peak memory, bytes, that NumPy and Python allocate to compute a statistic of stored results."""
     with open_study_results(folder) as results, use_package_matplotlib_settings():
         tracemalloc.start()
         statistic(results)

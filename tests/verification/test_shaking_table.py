@@ -64,7 +64,7 @@ def test_prediction_scores_match_a_hand_calculation() -> None:
 def test_score_intervals_resample_motions_and_are_wider_for_few_motions() -> None:
     """Regression: plain percentile intervals were too short for few motions.
 
-    Here the two tests of each motion are equal.
+    The two tests of each motion are equal here, so the interval is that of ten values, not twenty.
     """
     values = np.random.default_rng(3).normal(size=10)
     motions, tests = np.repeat([f"RSN{i}" for i in range(10)], 2), np.repeat(values, 2)
@@ -178,7 +178,7 @@ def synthetic_tests_and_stones() -> tuple[ShakingTableTests, StonesWithSimulated
 def synthetic_stone_fall_shares_by_size(
     synthetic_tests_and_stones: tuple[ShakingTableTests, StonesWithSimulatedOutcomes],
 ) -> FloatArray:
-    """Fraction of stones that fall in each neighbourhood of the simulated stones."""
+    """Smoothed share of simulated stones of similar B/H and height that fall, by size and test."""
     return smoothed_fall_shares_by_size_and_test(synthetic_tests_and_stones[1])
 
 
@@ -282,9 +282,10 @@ def test_small_table_motion_has_stated_peaks_and_table_tests_are_counted() -> No
 
 @pytest.mark.long
 def test_the_fit_to_small_shaking_table_tests_recovers_a_known_block() -> None:
-    """The size of the block lies between the centres of the size neighbourhoods.
+    """The B/H and height fitted to either half of the tests agree with the block's to 20 and 50 %.
 
-    Each half of the tests is predicted from the other half only.
+    The size of the block lies between the centres of the size neighbourhoods. Each half of the tests is predicted
+    from the other half only.
     """
     grid = [(pga, ratio) for pga in np.linspace(0.1, 1.0, 10) for ratio in np.linspace(0.03, 0.3, 8)]
     motions = [small_table.one_cosine_cycle(*pair) for pair in grid]

@@ -6,10 +6,7 @@ from verification.slip_and_twist import TIME_STEP_DIVISORS, slip_and_twist_error
 
 
 def test_slip_errors_of_standing_stones_are_relative_to_the_finest_step() -> None:
-    """Of five shafts, one that falls with the longest step and one that slips by less than 1 mm are left out.
-
-    Three remain.
-    """
+    """Three of five shafts count: one falls with the longest step, and one slips by less than 1 mm."""
     reference = [0.010, 0.020, 0.040, 0.0005, 0.030]
     longest = [0.011, 0.018, 0.040, 0.0010, 0.090]
     rows = pd.DataFrame([

@@ -37,7 +37,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def one_second_sine_cycle(peak: float) -> Motion:
-    """Motion of one sine cycle of 1 s with a peak in m/s²."""
+    """Return a motion to the north: one sine cycle of 1 s with the given peak, m/s²."""
     time = np.arange(200) * 0.01
     north = np.where(time <= 1.0, peak * np.sin(2 * np.pi * time), 0.0)
     return Motion(north, 0 * north, sampling_interval=0.01)

@@ -140,7 +140,7 @@ def test_tables_in_the_docs_equal_those_of_the_result_files() -> None:
 
 
 def test_each_experiment_on_the_step_control_changes_one_existing_constant(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The statements are text, which runs in another process: a stale name would show after hours only."""
+    """The statements of experiments are text run in another process: a stale name would fail only after hours."""
     changed = []
     for name, statements in experiments.STEP_CONTROL_CHANGE_CODE_BY_NAME.items():
         with monkeypatch.context() as patched:

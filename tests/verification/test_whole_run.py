@@ -38,9 +38,9 @@ def test_start_up_table_rows_compare_runs_with_and_without_the_fork_server() -> 
 
 
 def test_checkouts_are_timed_in_pairs_without_their_first_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both versions are twice as slow in the second pair, which leaves their ratio unchanged.
+    """Both checkouts are twice as slow in the second pair of runs, which leaves the ratio of their times unchanged.
 
-    The first run of each is not counted.
+    The first run of each checkout is not counted.
     """
     subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
     author = ("-c", "user.name=a", "-c", "user.email=a@b")

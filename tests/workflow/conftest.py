@@ -103,7 +103,7 @@ class StudyWorkflowCopyWithPlanning(StudyWorkflowCopy):
 
 
 def reproducible_result_file_contents(results: Path) -> dict[str, bytes]:
-    """Contents of all results by path, without logs, run times, chunks, and motions without labels."""
+    """Return the contents of results by path, except logs, run times, partial cubes and motions not yet labelled."""
     return {
         str(path.relative_to(results)): path.read_bytes()
         for path in sorted(results.rglob("*"))

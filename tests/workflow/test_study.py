@@ -229,7 +229,7 @@ def test_every_page_figure_and_table_is_checked_for_truncation(
 ) -> None:
     """The file patterns name each kind of figure, so that files of the user are not checked.
 
-    Every figure, page and table of a run must match one.
+    Every figure, page and table of a run must match a pattern.
     """
     looked_at = {
         path for pattern in END_CHECKED_FILE_PATTERNS for path in checkout_with_finished_run.results.glob(pattern)

@@ -32,9 +32,10 @@ def cause_fault_and_describe_failure(
     expected_cube_bytes: bytes,
     skips_check_that_rerun_does_nothing: bool,
 ) -> str:
-    """Cause a fault, run the usual command, and return a description of what went wrong; empty if the cube is right.
+    """Cause a fault, run the usual command, and return a description of what went wrong; empty if nothing did.
 
-    Unless `skips_check_that_rerun_does_nothing`, a further run must find nothing to do.
+    The cube must equal `expected_cube_bytes`, and damage to a result must be reported. Unless
+    `skips_check_that_rerun_does_nothing`, a further run must find nothing to do.
     """
     with unmount_results_folder_at_exit(workflow_copy):
         try:

@@ -67,7 +67,7 @@ def fault_killing_job_or_snakemake(kills_snakemake: bool, max_delay_after_job_st
     def kill_job_or_snakemake_during_run(
         workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
     ) -> None:
-        """Start a run and kill the process at a random moment."""
+        """Start a run, and kill a random job, or Snakemake, at a random moment after this job begins."""
         run, chosen = workflow_copy.start(), random_generator.randrange(FAULT_TEST_STUDY_JOB_COUNT)
         for number, job in enumerate(yield_study_jobs_as_they_start(run)):
             if number == chosen:
@@ -90,7 +90,7 @@ def fault_damaging_file(file_name_pattern: str, damage_kind: str) -> FaultFuncti
     def damage_random_file_and_return_path_to_report(
         workflow_copy: StudyWorkflowCopy, random_generator: random.Random, _undisturbed_run_time_s: float
     ) -> Path | None:
-        """Damage a random file; return its path if the next run must report the damage."""
+        """Damage a random file; return its path, which the next run must report, or None for a compiled kernel."""
         kernel = file_name_pattern.startswith("*.nb")
         path = random_generator.choice(
             sorted(
@@ -220,7 +220,7 @@ def _run_mount(*words: str) -> None:
 
 @contextmanager
 def unmount_results_folder_at_exit(workflow_copy: StudyWorkflowCopy) -> Iterator[None]:
-    """Unmount the folder of results at the end, if a fault has mounted it."""
+    """Unmount the folder of results at the end of a `with` block, if a fault has mounted it."""
     try:
         yield
     finally:

@@ -173,12 +173,12 @@ def apply_contact_law(
     dashpot_per_mass_over_step: float,
     carries_later_lands_flat_duration_tilting_share: tuple[bool, bool, float, float],
 ) -> tuple[ContactWrenchPerMass, BodyContactPointState]:
-    """Apply the contact law at a contact point; return its force and moment, and its new history.
+    """Apply the contact law at a contact point; return its force and moment, and its new state.
 
     `dashpot_per_mass_over_step` is the dashpot constant over mass and time step, 1/s², so that it multiplies
-    displacements. `carries_later_lands_flat_duration_tilting_share` are True if the point carries only later, True if
-    the body lands flat, its landing time, s, if it touches now, and the tilting share of the base
-    (`BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`).
+    displacements. The items of `carries_later_lands_flat_duration_tilting_share` are: True if the point carries no load
+    yet; True if the body is in a flat landing; the landing time, s, which a new contact gets; and the tilting share of
+    the base (`BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`).
     """
     waiting, flat, begun, base_tilting = carries_later_lands_flat_duration_tilting_share
     depth = 0.0 if waiting & (contact_point.penetration > 0.0) else contact_point.penetration
@@ -564,8 +564,8 @@ def advance_momenta_with_last_forces(state: Any, lane_count: int, signed_step_fr
 def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
     """Return the compiled loop over the time steps of one sampling interval, for bodies with vertices or with a rim.
 
-    The type of its argument `kind` makes the compiled names of both variants differ; otherwise variants compiled by
-    different processes would be confused in a process that loads both.
+    The type of its argument `marker_whose_type_selects_base_shape_loop` makes the compiled names of both loops differ;
+    otherwise loops compiled by different processes would be confused in a process that loads both.
     """
 
     @njit(**ALLOCATING_INLINE_OPTIONS)
@@ -633,13 +633,13 @@ class CundallSimulationPlan(body_plan.BodySimulationPlan):
 
     @property
     def marker_whose_type_selects_base_shape_loop(self) -> Any:
-        """Marker whose type selects the loops; see `BodySimulationPlan.marker_whose_type_selects_base_shape_loop`."""
+        """Object from whose type the compiler chooses the loops for bodies with a rim or with vertices."""
         return CundallRoundBaseLoopTag() if self.solids_by_size[0].rim_radius > 0 else CundallPolygonalBaseLoopTag()
 
 
 @contextmanager
 def allow_cundall_scheme_for_bodies() -> Iterator[None]:
-    """Let 3-D bodies use the scheme "cundall", whose automatic step is half the stable one."""
+    """Let 3-D bodies use the scheme "cundall" in a `with` block; its automatic step is half the stable one."""
     plan_centred = body_plan.plan_body_simulation
 
     def plan_with_cundall_if_chosen(

@@ -71,7 +71,7 @@ def rocking_amplitude_after_impact(b_over_h: float, amplitude_before_impact_rad:
 def time_and_velocity_at_end_of_bounce(
     impact_speed: float, stiffness_over_mass: float, dashpot_over_mass: float, gravity: float = STANDARD_GRAVITY
 ) -> tuple[float, float]:
-    """Compute when and how fast a mass that falls on a spring and dashpot, which cannot pull, leaves them again.
+    """Compute when and how fast a mass that falls on a spring and dashpot (which cannot pull) loses contact again.
 
     The penetration U follows Ü = g − ω² U − 2c U̇ with U(0) = 0 and U̇(0) = impact_speed, as long as ω² U + 2c U̇
     > 0.

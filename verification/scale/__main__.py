@@ -35,7 +35,7 @@ def main(
     ] = None,
     records: Annotated[int, typer.Option(help="records, of a million cases each, in the synthetic cubes")] = 100,
 ) -> None:
-    """Measure, store the figures, and publish the tables of all parts."""
+    """Measure the chosen parts, by default all, store their numbers, and publish the tables of all stored numbers."""
     chosen = named_parts_or_all_if_none(parts, SELECTABLE_PARTS)
     if {"bytes", "slurm"} & set(chosen):
         runs = same_bytes.run_study_in_every_local_way() if "bytes" in chosen else []
@@ -68,7 +68,7 @@ def main(
 def merge_with_stored_runs_and_store(
     runs: list[same_bytes.StudyRunTimeAndResultHash],
 ) -> list[same_bytes.StudyRunTimeAndResultHash]:
-    """Return these runs and the stored ones that were not repeated, and store all of them."""
+    """Store runs with the earlier stored ones, replacing those that were repeated; return all runs."""
     known = {(run.way, run.requested_result_file): run for run in runs}
     if RUN_TIMES_AND_RESULT_HASHES_TABLE_FILE.is_file():
         old = [
@@ -81,7 +81,7 @@ def merge_with_stored_runs_and_store(
 
 
 def table_of_runs_and_result_hashes(runs: list[same_bytes.StudyRunTimeAndResultHash]) -> str:
-    """Return a table of runs of one study (number of cores, cluster), with the hashes of their results."""
+    """Return a table of runs of one study in several ways (cores, cluster): time, result file and its hash."""
     cores = len(os.sched_getaffinity(0))
     first = {run.requested_result_file: run.sha256_of_result for run in reversed(runs)}
     rows = []

@@ -23,7 +23,10 @@ ASSUMED_SNAKEMAKE_MEMORY_MB: Final = 250.0
 
 
 class ResourceUse(NamedTuple):
-    """Elapsed and processor time, s, and peak memory, MB, of a process, and its longest selected output line."""
+    """Elapsed and processor time, s, and peak memory, MB, of a process.
+
+    If output lines with some prefix were selected, also the length of the longest one.
+    """
 
     elapsed_time_s: float
     processor_time_s: float
@@ -39,9 +42,9 @@ def run_overturning_command_and_measure_resources(*command: object) -> ResourceU
 def run_program_and_measure_resource_use(
     args: list[str], prefix_of_lines_to_find_longest: bytes = b"", **popen_arguments: Any
 ) -> ResourceUse:
-    """Run a program; return its resource use and the longest output line with a given prefix.
+    """Run a program; return its resource use, with the length of the longest output line that has a given prefix.
 
-    The prefix is `prefix_of_lines_to_find_longest`. `args` and `popen_arguments` have the names of `subprocess.Popen`.
+    The prefix is `prefix_of_lines_to_find_longest`. `args` and `popen_arguments` are passed to `subprocess.Popen`.
     Raises a RuntimeError if the program fails.
     """
     begin = time.perf_counter()
@@ -63,9 +66,9 @@ def run_program_and_measure_resource_use(
 
 
 def measure_simulation_of_case_chunk(folder: Path, chunk_count_of_record: int = 8) -> list[MeasuredNumber]:
-    """Measure time, memory and disk use of simulating 1/8 million cases with their ensemble, on one core.
+    """Measure time, memory and disk use of simulating a chunk of cases, with their ensemble, under a real record.
 
-    The record of the cases is a real one.
+    By default, the chunk has 1/8 million cases.
     """
     study = synthetic_study(1)
     write_study_as_json(study, folder / "study.json")
@@ -124,7 +127,7 @@ def measure_report_on_cube_larger_than_memory(
 ) -> list[MeasuredNumber]:
     """Measure time and memory of statistics, figures and report of a synthetic cube larger than memory.
 
-    `cube_label` is its label.
+    `cube_label` begins the names of the measured numbers.
     """
     study = synthetic_study(record_count, grid_settings)
     write_study_as_json(study, folder / "study.json")

@@ -113,7 +113,10 @@ def random_outcome_values(
 def synthetic_fall_flags_of_3d_body(
     outcome_variable: OutcomeVariable, shape: tuple[int, ...], seed: int
 ) -> NDArray[np.bool_]:
-    """Return True where a 3-D body (or its 2-D model) falls; the same for all variables."""
+    """Return True at random for cells in which a synthetic 3-D body, or its 2-D model, falls.
+
+    The flags are the same for all variables of the body, and for all those of the model (named ``plane…``).
+    """
     return (
         np.random.default_rng((seed, outcome_variable.name.startswith("plane"))).random(shape, np.float32)
         < FALLEN_SHARE_OF_SYNTHETIC_CELLS

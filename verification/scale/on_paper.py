@@ -68,7 +68,8 @@ def measure_planning_per_record_and_longest_command(
 def extrapolate_resources_to_large_study(measured_number_by_quantity: Mapping[str, float]) -> list[MeasuredNumber]:
     """Return the resources that a far larger study needs, extrapolated from measured numbers.
 
-    The figures are those of `large` and `measure_planning_per_record_and_longest_command`.
+    The measured numbers come from the functions of `verification.scale.large` and from
+    `measure_planning_per_record_and_longest_command`.
     """
     cases = EXTRAPOLATED_RECORD_COUNT * EXTRAPOLATED_CASE_COUNT_PER_RECORD
     per_case = (

@@ -54,7 +54,7 @@ The executor polls a job after its expected end; each time it is still running, 
 
 
 class StudyRunTimeAndResultHash(NamedTuple):
-    """Result of running the study in one way, such as on two cores or on a cluster."""
+    """Run time, and hash of a result file, of a study run in one way, such as on two cores or on a cluster."""
 
     way: str
     requested_result_file: str
@@ -115,7 +115,7 @@ def run_study_on_slurm(
     chunk_count_per_record: int = 3,
     result_file_name_of_each_run: tuple[str, ...] = (CUBE_FILE_NAME,),
 ) -> list[StudyRunTimeAndResultHash]:
-    """Run a study with the SLURM profile on a one-node cluster, for each file; empty if there is no SLURM."""
+    """Run a study up to each result file on a one-node SLURM cluster; return an empty list if there is no SLURM."""
     if slurm_unavailable_reason():
         return []
     words = f"SLURM, one node of two cores, {chunk_count_per_record} chunks of each record"
@@ -133,7 +133,7 @@ def simulate_study_without_snakemake(
 ) -> StudyRunTimeAndResultHash:
     """Simulate a study with the package alone, from the motion files of a workflow run, and hash its cube.
 
-    With `dask_client` on a dask cluster.
+    If `dask_client` is given, the cases run on its dask cluster.
     """
     begin = time.perf_counter()
     with open_cube(workflow_copy.cube_path) as cube:
@@ -162,7 +162,7 @@ def simulate_study_without_snakemake(
 
 
 def run_study_on_dask(study_yaml: str, worker_count: int = 2) -> StudyRunTimeAndResultHash:
-    """Run a study on a dask cluster."""
+    """Simulate a study on a dask cluster without Snakemake; a run with Snakemake first provides the motion files."""
     from distributed import Client, LocalCluster
 
     with temporary_project_with_study(study_yaml) as folder:
@@ -173,6 +173,6 @@ def run_study_on_dask(study_yaml: str, worker_count: int = 2) -> StudyRunTimeAnd
 
 
 def run_study_in_every_local_way(study_yaml: str = STUDY_YAML) -> list[StudyRunTimeAndResultHash]:
-    """Run the study in every way that needs no SLURM cluster; make its report once, on one core."""
+    """Run the study in every way that needs no SLURM cluster, and once more on one core to make its report."""
     cubes = [run_study_locally(study_yaml, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
     return [*cubes, run_study_on_dask(study_yaml), run_study_locally(study_yaml, 1, 1, REPORT_FILE_NAME)]

@@ -56,9 +56,10 @@ def model_scores_with_intervals_and_predictions(
     size_neighbourhood_fall_shares_by_model: Mapping[str, FloatArray],
     bootstrap_sample_count: int = BOOTSTRAP_SAMPLE_COUNT,
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
-    """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
+    """Return a table of scores with bootstrap intervals, and fall probabilities by split, model and specimen.
 
-    `size_neighbourhood_fall_shares_by_model` are the shares of `smoothed_fall_shares_by_size_and_test`, by model name.
+    A split divides the tests into tests to learn from and tests to predict. `size_neighbourhood_fall_shares_by_model`
+    are the shares of `smoothed_fall_shares_by_size_and_test`, by model name.
     """
     rows, probabilities = [], {}
     for split, divide in TEST_SPLIT_FUNCTION_BY_NAME.items():
@@ -99,7 +100,10 @@ def model_scores_with_intervals_and_predictions(
 def counts_and_scores_of_rectangles_by_damping_class(
     tests: ShakingTableTests, stones: StonesWithSimulatedOutcomes
 ) -> dict[str, tuple[int, FloatArray]]:
-    """Return, by class of damping ratio, number and scores, shape (specimens, scores), of random rectangles."""
+    """Return, by class of damping ratio, the number of random rectangles and the scores of a model that uses them.
+
+    The model learns from odd-numbered tests and predicts the others; the scores have the shape (specimens, scores).
+    """
     found: dict[str, tuple[int, FloatArray]] = {}
     ratio = stones.damping_ratio_over_default * DEFAULT_CONTACT_DAMPING_RATIO
     for low, high in pairwise(DAMPING_RATIO_CLASS_BOUNDS):

@@ -58,7 +58,7 @@ class StonesWithSimulatedOutcomes(NamedTuple):
 
 
 def _rectangles_fall(motion: Motion, stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
-    """True for the rectangles (2-D) that fall under a motion."""
+    """Return True for the rectangles (2-D) that fall under a motion."""
     cases = Cases(
         0.0,
         stone_values_by_parameter_name["height"],
@@ -71,7 +71,7 @@ def _rectangles_fall(motion: Motion, stone_values_by_parameter_name: StoneParame
 
 
 def _prisms_fall(motion: Motion, stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
-    """True for the prisms (3-D) that fall under a motion."""
+    """Return True for the prisms (3-D) that fall under a motion."""
     cases = Cases(
         stone_values_by_parameter_name["orientation"],
         stone_values_by_parameter_name["height"],
@@ -111,7 +111,7 @@ def sample_stones(distribution: RandomStoneBoundsAndFallSimulator, stone_count: 
 
 
 def is_in_any_candidate_size_range(stone_values_by_parameter_name: StoneParameters) -> NDArray[np.bool_]:
-    """True for stones within at least one of the ranges of B/H and height among which a model chooses."""
+    """Return True for stones within one of the neighbourhoods of B/H and height among which a model chooses."""
     shape, size = np.log(stone_values_by_parameter_name["b_over_h"]), np.log(stone_values_by_parameter_name["height"])
     ends = [
         (np.log(centres[[0, -1]]), width)
@@ -133,7 +133,7 @@ def simulate_random_stones_or_read_outcomes(
     stone_count: int | None = None,
     threads: int = 1,
 ) -> StonesWithSimulatedOutcomes:
-    """Simulate random stones under the motion of every test, or read the results of an earlier run of the same sources.
+    """Simulate random stones under the motion of every test, or read those that an earlier run of this code stored.
 
     Parameters
     ----------

@@ -23,10 +23,10 @@ FallPredictionModel = Callable[[int, TestIndices, TestIndices], FloatArray]
 
 
 def smoothed_fall_shares_by_size_and_test(stones: StonesWithSimulatedOutcomes) -> FloatArray:
-    """Return the share of the stones of similar size that fall in each test, by size: shape (sizes, tests).
+    """Return the share of the stones of similar size that fall in each test, shape (sizes, tests).
 
-    Stones are of similar size if B/H and height are within a fixed logarithmic distance of a centre; the stones around
-    one centre are a neighbourhood. The centres are those of B/H times those of height, height fastest.
+    A size is a neighbourhood of stones: B/H and height are within a fixed logarithmic distance of a centre. The centres
+    are all pairs of a central B/H and a central height; the height varies fastest.
 
     Half a fall and half a stand are added to each count, so that no share is 0 or 1 and all likelihoods are finite.
     """
@@ -46,7 +46,7 @@ def smoothed_fall_shares_by_size_and_test(stones: StonesWithSimulatedOutcomes) -
 def index_of_most_likely_size_neighbourhood(
     fall_share_by_size_neighbourhood_and_test: FloatArray, fell_by_test: NDArray[np.bool_], learning_tests: TestIndices
 ) -> int:
-    """Return the index of the range of B/H and height with the largest likelihood of the outcomes of some tests."""
+    """Return the index of the range of B/H and height that makes the outcomes of `learning_tests` most likely."""
     p, y = fall_share_by_size_neighbourhood_and_test[:, learning_tests], fell_by_test[learning_tests]
     likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
     return int(np.argmax(likelihood))
@@ -57,21 +57,21 @@ def fall_prediction_models_by_name(
     rectangle_fall_share_by_neighbourhood_and_test: FloatArray,
     prism_fall_share_by_size_and_test: FloatArray,
 ) -> dict[str, FallPredictionModel]:
-    """Return functions by model name that predict fall probabilities of tests from the outcomes of other tests.
+    """Return, by model name, functions that predict fall probabilities of tests from the outcomes of other tests.
 
-    The shares are those of `smoothed_fall_shares_by_size_and_test`, for random rectangles and for random prisms.
+    The fall shares of random rectangles and random prisms are those of `smoothed_fall_shares_by_size_and_test`.
     """
     peaks = np.log(np.column_stack([tests.measured_pga, tests.measured_pgv]))
 
     def create_best_fitting_size_model(
         fall_share_by_size_neighbourhood_and_test: FloatArray,
     ) -> FallPredictionModel:
-        """Return the model that predicts the share of stones of the likeliest B/H and height that fall."""
+        """Return a model that predicts the simulated fall share of the stones whose B/H and height fit best."""
 
         def predict_by_fall_share_of_best_fitting_size(
             specimen_number: int, learning_tests: TestIndices, predicted_tests: TestIndices
         ) -> FloatArray:
-            """Predict the share of falling stones of the B/H and height that best fit the tests to learn from."""
+            """Predict the simulated fall share of stones whose B/H and height best fit `learning_tests`."""
             return np.asarray(
                 fall_share_by_size_neighbourhood_and_test[
                     index_of_most_likely_size_neighbourhood(
@@ -131,7 +131,7 @@ def _fall_probabilities_by_logistic_regression(
     learning_tests: TestIndices,
     predicted_tests: TestIndices,
 ) -> FloatArray:
-    """Fit a logistic model to the tests to learn from and return the probabilities of a fall in the others."""
+    """Fit a logistic model to `learning_tests` and return the fall probabilities of `predicted_tests`."""
     fell = tests.fell_by_specimen[specimen_number][learning_tests].astype(np.float64)
     fit = fit_logistic_model(
         predictors_by_test[learning_tests],

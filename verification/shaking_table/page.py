@@ -92,9 +92,9 @@ def markdown_by_marker(
     size_neighbourhood_fall_shares_by_model: Mapping[str, FloatArray],
     one_score_per_row: pd.DataFrame,
 ) -> dict[str, str]:
-    """Return the tables of the page as Markdown, by marker.
+    """Return the tables of docs/shaking-table.md as Markdown, by marker.
 
-    `size_neighbourhood_fall_shares_by_model` are the shares of `smoothed_fall_shares_by_size_and_test`, by model name.
+    `size_neighbourhood_fall_shares_by_model` has the results of `smoothed_fall_shares_by_size_and_test`.
     """
     return score_tables_by_marker(one_score_per_row) | {
         "shaking-table-centres": _table_of_b_over_h_and_height_fitted_to_odd_tests(
@@ -104,7 +104,7 @@ def markdown_by_marker(
 
 
 def score_tables_by_marker(one_score_per_row: pd.DataFrame) -> dict[str, str]:
-    """Return the tables of scores as Markdown, by marker; they need the stored scores only."""
+    """Return, by marker, Markdown tables of the scores and of their comparison with the logistic model."""
     return {
         "shaking-table-scores": _table_of_scores_by_split_specimen_and_model(one_score_per_row),
         "shaking-table-improvement": _count_table_of_scores_better_than_logistic(one_score_per_row),

@@ -70,9 +70,9 @@ def read_scanned_boulder(folder: Path) -> ScannedStone:
 
 
 def boulder_with_max_bearing_point_height(stone: ScannedStone, max_bearing_point_height_m: float) -> ScannedStone:
-    """Return the boulder with the tolerance of its hull used here; points of its base up to a height bear load.
+    """Return the boulder with a limit to the height of its bearing points, and with the hull tolerance of this study.
 
-    `max_bearing_point_height_m`, m, is above the lowest points of the base.
+    Points of the base up to `max_bearing_point_height_m` (m) above its lowest points bear load.
     """
     return ScannedStone(
         stone.vertices,
@@ -94,12 +94,13 @@ def simulate_falls_of_boulder_by_orientation(
     """Simulate the scanned boulder in every test and orientation, with each choice of bearing points of its base.
 
     Points bear load up to a height above the lowest points of the base (`max_bearing_point_heights_m`, m). The outcomes
-    with one such height are stored when they are complete, and read again if stone, motions and contact are the same.
+    for each height are stored in `cache_folder`. They are read again if stone, orientations, motions, friction and
+    contact are the same.
 
     Returns
     -------
     ndarray of bool, shape (heights, tests, orientations)
-        True where the boulder falls, False also where the boulder rocks on without a decision.
+        True where the boulder falls; False where it stands or its outcome is unknown.
     """
     made = []
     for relief in max_bearing_point_heights_m:
@@ -124,12 +125,12 @@ def simulate_falls_of_boulder_by_orientation(
 def _fall_outcomes_by_test_and_orientation(
     stone: ScannedStone, tests: ShakingTableTests, threads: int
 ) -> NDArray[np.int8]:
-    """Return the outcomes of a boulder, shape (tests, orientations): 1 fell, 0 stood, −128 undecided."""
+    """Return the outcomes of a boulder, shape (tests, orientations): 1 fell, 0 stood, −128 unknown."""
     body = Body(stone, VertexContact(static_penetration=STATIC_PENETRATION_TO_WIDTH_RATIO))
     cases = Cases(BOULDER_ORIENTATIONS_DEG, stone.unscaled_height, 0.1, BOULDER_FRICTION)
 
     def fall_outcomes_by_orientation(test_index: int) -> NDArray[np.int8]:
-        """Return the outcomes of all orientations in one test."""
+        """Return the outcome of one test for each orientation: 1 fell, 0 stood, −128 unknown."""
         return np.asarray(
             simulate_cases(body, tests.measured_motion(test_index), cases, NumericalOptions()).overturned, np.int8
         )
@@ -153,8 +154,8 @@ def smoothed_fall_probability_by_orientation_and_test(
 ) -> FloatArray:
     """Return the probability of a fall in each test for each orientation, shape (orientations, tests).
 
-    It is the weighted share of falls over the heights of bearing points and the neighbouring orientations. Half a fall
-    and half a stand are added, so that all likelihoods are finite.
+    The probability is the share of falls over all heights of bearing points, averaged with weights over the orientation
+    and its two neighbours. Half a fall and half a stand are added, so that all likelihoods are finite.
     """
     count = len(fell_by_load_bearing_height_test_orientation)
     falls = np.sum(
@@ -178,9 +179,9 @@ def index_of_most_likely_orientation(
 
 
 def splits_into_halves_of_motions(tests: ShakingTableTests) -> Iterator[tuple[TestIndices, TestIndices]]:
-    """Yield two splits: every second motion, by name, to learn from and the others to predict, and the reverse.
+    """Yield two splits of the tests into halves: learn from one half and predict the other, and the reverse.
 
-    All tests of a motion are in the same half.
+    Motions, sorted by name, alternate between the halves; all tests of a motion are in the same half.
     """
     names, member = np.unique(tests.played_record_names, return_inverse=True)
     first = np.arange(names.size)[member] % 2 == 0

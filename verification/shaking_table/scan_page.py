@@ -76,7 +76,7 @@ FITTED_PARAMETER_COUNT_BY_MODEL: Final = {
 def model_with_orientation_fitted_to_other_tests(
     tests: ShakingTableTests, smoothed_fall_probability_by_orientation_and_test: FloatArray
 ) -> FallPredictionModel:
-    """Return the model that predicts the simulated fall probability in the orientation that fits other tests best.
+    """Return a model that predicts the simulated fall probability in the orientation that best fits the learning tests.
 
     `smoothed_fall_probability_by_orientation_and_test` has shape (orientations, tests).
     """
@@ -137,7 +137,7 @@ def score_table(one_score_per_row: pd.DataFrame) -> str:
 def table_of_orientation_chosen_by_each_fit(
     tests: ShakingTableTests, smoothed_fall_probability_by_orientation_and_test: FloatArray
 ) -> str:
-    """Return a table of the orientation that each fit chooses, and of the best one of all tests."""
+    """Return a table of the orientations that best fit the odd tests, each half of the motions, and all tests."""
     names = {
         "odd-numbered tests": next(split_into_odd_learning_and_even_predicted_tests(tests))[0],
         **{
@@ -164,7 +164,7 @@ def table_of_orientation_chosen_by_each_fit(
 def score_table_of_all_orientations(
     tests: ShakingTableTests, smoothed_fall_probability_by_orientation_and_test: FloatArray
 ) -> str:
-    """Return a table of the scores of all orientations on all tests, without any fit."""
+    """Return a table of the scores of each orientation on all tests; no orientation is fitted."""
     lines = []
     for yaw, own in zip(BOULDER_ORIENTATIONS_DEG, smoothed_fall_probability_by_orientation_and_test, strict=True):
         found = [f1_auc_and_brier_score(own, tests.fell_by_specimen[one]) for one in SPECIMEN_NUMBERS]
@@ -176,9 +176,10 @@ def score_table_of_all_orientations(
 def fall_share_table_by_max_bearing_height(
     tests: ShakingTableTests, falls_by_max_height_of_bearing_points: Mapping[float, NDArray[np.bool_]]
 ) -> str:
-    """Return a table of the share of falls by the height up to which points of the base bear load.
+    """Return a table of the share of falls, and of F1 in the best orientation, by height limit of bearing points.
 
-    The height is that above the lowest points of the base; the falls have shape (tests, orientations).
+    Points of the base bear load up to this height above its lowest points. The falls for each height have shape
+    (tests, orientations).
     """
     lines = []
     for relief, own in sorted(falls_by_max_height_of_bearing_points.items()):

@@ -59,8 +59,8 @@ def bootstrap_samples_of_test_indices(
 ) -> list[NDArray[np.intp]]:
     """Return the test indices of each bootstrap sample; motions are drawn with replacement, each with all its tests.
 
-    More samples are drawn if fewer than `MIN_BOOTSTRAP_SAMPLES_PER_TAIL` would lie beyond an end of the interval for
-    few motions.
+    More samples than asked for are drawn if fewer than `MIN_BOOTSTRAP_SAMPLES_PER_TAIL` would lie beyond each end of
+    the interval of `bootstrap_interval_over_motions`.
     """
     names, member = np.unique(motion_name_by_test, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
@@ -75,11 +75,9 @@ def bootstrap_samples_of_test_indices(
 
 
 def bootstrap_interval_over_motions(statistic_by_bootstrap_sample: FloatArray, motion_count: int) -> ConfidenceInterval:
-    """Return the 95 % percentile interval of bootstrap values, expanded for a small number of motions.
+    """Return the 95 % percentile interval of a statistic over bootstrap samples, wider for a small number of motions.
 
-    NaN values are left out.
-
-    There is none for fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` motions.
+    NaN values are left out. With fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` motions both limits are NaN.
     """
     if motion_count < MIN_EARTHQUAKES_FOR_INTERVAL:
         return ConfidenceInterval()
@@ -94,10 +92,10 @@ def reliability_bins(
     motion_name_by_test: NDArray[np.str_],
     bootstrap_sample_count: int = BOOTSTRAP_SAMPLE_COUNT,
 ) -> list[ReliabilityBin]:
-    """Return the share that fell in bins of probability, with intervals over motions; omit bins below five tests.
+    """Return the share of tests with a fall in each bin of predicted probability; omit bins of fewer than five tests.
 
-    The interval is exact if all tests of a bin fell, or none. Fewer than `MIN_EARTHQUAKES_FOR_INTERVAL` motions have no
-    interval.
+    Intervals are from a bootstrap over motions, or exact if all tests of a bin fell, or none. A bin with fewer than
+    `MIN_EARTHQUAKES_FOR_INTERVAL` motions has no interval.
     """
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
     place = np.searchsorted(edges, predicted_fall_probabilities, side="right") - 1

@@ -78,10 +78,9 @@ def one_cosine_cycle(pga_g: float, pgv_over_pga_s: float, sampling_interval: flo
 def simulate_fall_shares_by_size_and_test(tests: pd.DataFrame) -> FloatArray:
     """Return the share of stones of similar size that fall in each test, never 0 or 1: shape (sizes, tests).
 
-    Stones are of similar size if B/H and height lie in a range around a centre (a neighbourhood).
-
-    Centres are in the order of `CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES`, then
-    `CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M`; all blocks of a neighbourhood count equally.
+    A size is a neighbourhood: B/H and height are within a fixed logarithmic distance of a centre. The centres are all
+    pairs of `CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES` and `CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M`; the height varies
+    fastest. All blocks of a neighbourhood count equally.
     """
     grid = np.meshgrid(CENTRE_B_OVER_H_OF_SIMILAR_SIZE_RANGES, CENTRE_HEIGHTS_OF_SIMILAR_SIZE_RANGES_M, indexing="ij")
     cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
@@ -106,10 +105,10 @@ def simulate_fall_shares_by_size_and_test(tests: pd.DataFrame) -> FloatArray:
 def predict_each_half_from_the_other(
     tests: pd.DataFrame, fall_share_by_size_neighbourhood_and_test: FloatArray
 ) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
-    """Predict each half of the tests from the other half; return probabilities, and likeliest B/H and height (m).
+    """Predict odd tests from even ones and the reverse; return fall probabilities by model, and fitted block sizes.
 
-    The halves are the odd and the even tests. Both are predicted, since the scores of one half alone depend on which
-    half it is.
+    The fitted sizes are the most likely B/H and height (m) for the odd tests, then for the even ones. Both halves are
+    predicted, since the scores of a single half depend on which one it is.
     """
     fell = tests["fell"].to_numpy()
     peaks = np.log(np.column_stack([tests["pga"], tests["pga"] * tests["ratio"]]))
@@ -144,7 +143,10 @@ def motion_name_by_test(tests: pd.DataFrame) -> np.ndarray:
 
 
 def score_models_and_find_likeliest_small_table_blocks() -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return scores of each model on each set, with bootstrap intervals over motions, and the most likely blocks."""
+    """Return a table of scores by set of tests and model, and a table of the most likely block sizes.
+
+    The scores have bootstrap intervals over motions.
+    """
     rows, blocks = [], []
     for name, label in DATE_AND_ORIENTATION_BY_TEST_FILE.items():
         tests = read_small_table_tests(name)

@@ -50,7 +50,7 @@ def simulate_blocks_and_write_stability_map(
     seed: SampleSeedOption = 1,
     threads: ThreadCountOption = 1,
 ) -> None:
-    """Simulate and check single blocks on stiff contacts with extreme parameters; write the map of stability."""
+    """Simulate and check single blocks with extreme parameters; write the map of stability."""
     cases = [*space_filling_cases(count, seed), *cases_under_adversarial_motions(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": MAX_BLOCK_STEPS_PER_MAP_CASE}
     rows = collect_stability_map_rows(

@@ -84,12 +84,12 @@ _COLUMN_BY_DIFFERENTLY_NAMED_PARAMETER: Final = {
 
 
 def _log_interpolate(share_of_log_range: FloatArray, value_at_0: float, value_at_1: float) -> FloatArray:
-    """Return the values between two values at shares (0 to 1) of the range of their logarithm."""
+    """Interpolate between two positive values on a logarithmic scale, at shares of the range from 0 to 1."""
     return np.asarray(value_at_0 * (value_at_1 / value_at_0) ** share_of_log_range)
 
 
 def space_filling_cases(case_count: int, seed: int) -> list[BlockCaseOfNumericalStabilityMap]:
-    """Return cases from a scrambled Sobol sequence (Owen 1998) over the ranges of the map.
+    """Return cases of single blocks that fill wide ranges of all parameters: a scrambled Sobol sequence (Owen 1998).
 
     Stiffness, sizes, density and sampling interval are log-uniform; damping, friction and peak acceleration include 0.
     `seed` is that of the scramble.
@@ -269,9 +269,9 @@ def _draw_parameters_of_scene_cases(
 ) -> ParametersOfSceneCases:
     """Draw the common and individual parameters of cases of a scene.
 
-    The stiffness of the contacts is given by the static penetration over the width, between the two limits: the larger
-    the stiffness of the block's case, the smaller the penetration. With the default limits, the stiffness of some
-    settings is in N/m.
+    The stiffness of the contacts is given as static penetration over width, between the two limits: the stiffer the
+    single-block case `case`, the smaller the penetration. With the default limits, some settings use the stiffness of
+    `case` in N/m instead.
     """
     # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
     share = np.log(case.normal_stiffness_per_corner / 1e4) / np.log(1e9)
@@ -310,7 +310,7 @@ def _draw_parameters_of_scene_cases(
 def load_scene_with_case_density_and_contact_law(
     setting: ParametersOfSceneCases, project_folder: Path = Path()
 ) -> Scene:
-    """Load the scene of the given parameters, and return it with their density and contact law."""
+    """Load the scene named in `setting`, and return it with the density and contact law of `setting`."""
     scene, case = load_scene(setting.scene_name, project_folder), setting.common_parameters
     damping = (
         {"damping": ORIGINAL_PAPER_DASHPOT_N_S_PER_M}

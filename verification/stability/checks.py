@@ -91,8 +91,9 @@ def name_of_first_failed_check(
     """Return the name of the first check that the results of a case fail; empty if all checks hold.
 
     A case without an outcome (marked by its status) must have no flag. A case with a flag must have balanced energy,
-    bounded penetration and finite numbers, and must agree with rigid elements: below both thresholds they neither
-    fall nor slide. `flags_match_rotations` is True if flags and rotations are consistent.
+    bounded penetration and finite numbers. A case left out as at rest must have a motion below the thresholds of
+    rocking and sliding. Without shaking nothing may move; far below the threshold of rocking nothing may fall if
+    contacts are stiff. `flags_match_rotations` is True if flags and rotations are consistent.
     """
     limit = MAX_PENETRATION_TO_HALF_SIDE_RATIO * 0.5 * bounds_on_case_results.smallest_element_side
     if not CaseStatus(results.status[case_index]).trajectory_has_known_outcome:
@@ -141,7 +142,7 @@ def name_of_first_failed_check(
 
 
 def motion_peak_horizontal_to_apparent_gravity_ratio(motion: Motion) -> float:
-    """Return the largest ratio |a|/(g + a_up) of a motion towards north; infinite if the ground falls faster than g."""
+    """Return the largest |a|/(g + a_up) of a motion, a towards north; infinite if the ground falls faster than g."""
     weight = STANDARD_GRAVITY + (np.zeros(motion.sample_count) if motion.up is None else motion.up)
     if (weight <= 0).any():
         return float("inf")
@@ -158,7 +159,7 @@ def name_of_first_failed_block_check(
 ) -> str:
     """Return the first failed check of a single block (see `name_of_first_failed_check`); empty if all hold.
 
-    Falls below the threshold are checked only if µ is below half of B/H.
+    The check that no block falls far below the threshold of rocking is made only if µ is below half of B/H.
     """
     width, ratio = case.b_over_h * case.height, case.b_over_h
     stands = ratio if case.friction < 0.5 * ratio else 0.0
@@ -216,7 +217,7 @@ def largest_penetration_under_own_weight(prepared_scene: SceneEquilibriumStiffne
 
 
 def min_acceleration_ratio_to_start_rocking(placed_elements: Sequence[PlacedElement]) -> float:
-    """Return the lowest |a|/(g + a_up) at which the rigid scene can rock.
+    """Return the lowest |a|/(g + a_up) at which the rigid scene can rock (a horizontal, a_up upward acceleration).
 
     This is the least ratio of lever arm to height of the common centre of mass of an element and all elements above
     it.
@@ -263,11 +264,10 @@ def flags_match_rotations(
 def rotations_requiring_fallen_flag(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> FloatArray:
     """Return the rotation, rad, to either side from which each free element must be marked as fallen.
 
-    A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near
-    end the far end touches at asin(δ/L) before level; from there on the face bears on both ends. K_n is that of the
-    softest contact of the element. If the scene gives a rotation (`fallen_rotation_deg`), it is used itself, except
-    90° for an element with an upright face. Results contain rotations up to 90° only: the limit is infinite for
-    larger angles.
+    This is `fallen_rotation_deg` of the element if given, else the rotation at which it rests on another face. If the
+    element then lies level on a face of length L, the rotation is less by asin(δ/L): with the static penetration
+    δ = m g/(2 K_n) at the near end of the face, the far end touches that much before level. K_n is that of the softest
+    contact of the element. Results contain rotations up to 90° only: the limit is infinite for larger angles.
     """
     angle = _fall_rotation_thresholds_of_free_elements(prepared_scene)
     for place, index in enumerate(prepared_scene.free_element_indices):
@@ -291,7 +291,10 @@ def rotations_requiring_fallen_flag(prepared_scene: SceneEquilibriumStiffnessAnd
 
 
 def least_possible_rotation_of_fallen_elements(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> FloatArray:
-    """Return the rotation, rad, below which each free element stands (tipping angle; 0 if it may lose its support)."""
+    """Return the rotation, rad, below which each free element cannot have fallen.
+
+    It is at most the tipping angle; 0 for an element that can lose its support or that falls by dropping.
+    """
     found = []
     for index, asked in zip(
         prepared_scene.free_element_indices, _fall_rotation_thresholds_of_free_elements(prepared_scene), strict=True
@@ -308,7 +311,11 @@ def least_possible_rotation_of_fallen_elements(prepared_scene: SceneEquilibriumS
 
 
 def _fall_rotation_thresholds_of_free_elements(prepared_scene: SceneEquilibriumStiffnessAndRockingLimits) -> FloatArray:
-    """Return the rotation, rad, from which each free element counts as fallen: the scene's, or to another face."""
+    """Return the rotation, rad, from which each free element counts as fallen.
+
+    This is `fallen_rotation_deg` of the element if given, else the least rotation to another resting face, on the side
+    where it is larger.
+    """
     items = [prepared_scene.elements[index] for index in prepared_scene.free_element_indices]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
@@ -318,7 +325,7 @@ def _fall_rotation_thresholds_of_free_elements(prepared_scene: SceneEquilibriumS
 
 
 def _least_rotations_to_other_resting_face(element: PlacedElement) -> tuple[float, float]:
-    """Return the least rotations to either side, rad, at which an element can rest on another face."""
+    """Return the least rotations to either side, rad, at which an element rests on another face; π if none."""
     tilts = [angle for angle, _ in _rotation_and_length_of_each_face_when_down(element)]
     stable = np.array(
         [
@@ -349,6 +356,6 @@ def _rotation_and_length_of_each_face_when_down(element: PlacedElement) -> list[
 
 
 def _centre_height(element: PlacedElement, element_rotation_rad: float) -> float:
-    """Return the height of the centre above the lowest vertex of the rotated element, m."""
+    """Return the height of the centroid above the lowest vertex of the rotated element, m."""
     x, z = element.shape.vertices_from_whole_polygon_centroid.T
     return float((x * np.sin(element_rotation_rad) - z * np.cos(element_rotation_rad)).max())

@@ -110,7 +110,7 @@ SCENE_COLUMN_LONG_NAMES_AND_UNITS: Final = _COMMON_COLUMN_LONG_NAMES_AND_UNITS |
 
 
 def contact_law_of_block_case(case: BlockCaseOfNumericalStabilityMap) -> Contact:
-    """Return the contact of a case of the map."""
+    """Return the contact of a single-block case: its stiffness, and its damping ratio or dashpot."""
     if np.isnan(case.heave_damping_ratio):
         return Contact(stiffness=case.normal_stiffness_per_corner, damping=ORIGINAL_PAPER_DASHPOT_N_S_PER_M)
     return Contact(stiffness=case.normal_stiffness_per_corner, damping_ratio=case.heave_damping_ratio)
@@ -320,9 +320,10 @@ def collect_stability_map_rows(
     threads: int = 1,
     report_finished_and_total_count: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:
-    """Apply a function to each item and its index; return the rows in order.
+    """Apply a function to each case or setting and its index; return the rows of the map in order.
 
-    An example is `simulate_block_case_and_check_outcome`. A setting of several cases gives columns of several rows.
+    The function, such as `simulate_block_case_and_check_outcome`, returns one row for a case, or columns of several
+    rows for a setting of several cases.
     """
     found: list[dict[str, Any]] = []
     with ThreadPoolExecutor(max_workers=threads) as pool:

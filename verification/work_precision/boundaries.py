@@ -49,7 +49,7 @@ def boundaries_between_falling_and_standing_cases(
 ) -> list[OverturningBoundaryAlongBOverH]:
     """Return boundaries: falling cases whose next larger B/H stands, at most `max_count_per_group` in each group.
 
-    `flags` are those of all groups, in order.
+    `flags` has one flag per case, group after group: ±1 (falls), 0 (stands) or missing.
     """
     found: list[OverturningBoundaryAlongBOverH] = []
     begin = 0
@@ -76,7 +76,10 @@ def boundary_b_over_h_by_usual_and_finest_numerics(
     finest_run_cases_arguments: RunCasesArguments,
     relative_half_width_of_search_bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the B/H of overturning boundaries by usual numerics, and by the finest ones within a bracket around it."""
+    """Return the B/H of overturning boundaries, first by the usual numerics, then by the finest.
+
+    The finest numerics search only in a bracket around the B/H that the usual ones give.
+    """
     near = bisect_boundaries(
         groups,
         boundaries,
@@ -110,10 +113,10 @@ def bisect_boundaries(
     standing_b_over_h_by_boundary: FloatArray,
     halving_count: int = BISECTION_HALVING_COUNT,
 ) -> FloatArray:
-    """Return the B/H at which the flag changes, by bisection of all boundaries together.
+    """Return, for each boundary, the B/H between falling and standing, by bisection of all boundaries together.
 
-    The result is NaN if one of the given B/H is NaN, or if the block does not fall at
-    `falling_b_over_h_by_boundary` and stand at `standing_b_over_h_by_boundary`.
+    The result is NaN for a boundary with a NaN among the two given B/H, and for one whose block does not fall at
+    `falling_b_over_h_by_boundary` or does not stand at `standing_b_over_h_by_boundary`.
     """
     known = np.isfinite(falling_b_over_h_by_boundary) & np.isfinite(standing_b_over_h_by_boundary)
     falling_b_over_h_by_boundary, standing_b_over_h_by_boundary = (
@@ -158,7 +161,7 @@ def _blocks_fall(
     run_cases_arguments: RunCasesArguments,
     b_over_h_by_trial_and_boundary: FloatArray,
 ) -> NDArray[np.bool_]:
-    """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
+    """Return True where the block of a boundary falls at a trial B/H; shape (trials, boundaries)."""
     fell = np.zeros(b_over_h_by_trial_and_boundary.shape, bool)
     for number, group in enumerate(groups):
         rows = [row for row, place in enumerate(boundaries) if place.case_group_index == number]
@@ -187,12 +190,12 @@ def median_relative_boundary_shift(
     reference_boundary_b_over_h: FloatArray,
     relative_half_width_of_search_bracket: float = RELATIVE_BRACKET_HALF_WIDTH,
 ) -> float:
-    """Return the median absolute shift of boundaries over their B/H in a reference.
+    """Return the median of |B/H − reference B/H| / (reference B/H) over boundaries computed by a method.
 
-    A boundary outside of its bracket counts as shifted by the half-width of the bracket.
-
-    Method and reference have the same brackets around `bracket_centre_b_over_h`: if the flag changes more than once
-    within one, both find the same change. `reference_boundary_b_over_h` are NaN for a bracket without a boundary.
+    Each boundary is searched in a bracket around its `bracket_centre_b_over_h`; if the bracket has none, its relative
+    half-width counts as the shift. The reference must be found in the same brackets: if the flag changes more than once
+    in a bracket, method and reference then find the same change. Boundaries with a NaN in
+    `reference_boundary_b_over_h` are left out.
     """
     usable = np.isfinite(reference_boundary_b_over_h)
     if not usable.any():

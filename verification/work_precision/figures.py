@@ -36,7 +36,7 @@ _DENOMINATOR_COLUMN_BY_COUNT_COLUMN: Final = {"wrong_flags": "cases", "wrong_sid
 
 
 def draw_errors_against_finer_steps_or_stiffer_springs(rows: pd.DataFrame, path: Path) -> None:
-    """Draw the errors of both schemes over time steps, and of the springs over stiffness, on real records."""
+    """Draw error against run time under real records: both schemes over time steps, the default one over stiffness."""
     import matplotlib.pyplot as plt
 
     measures = ("wrong_flags", "wrong_sides", "rotation_error", "boundary_shift")
@@ -107,7 +107,7 @@ def _draw_error_panel(
     stiffness_rows: pd.DataFrame | None = None,
     has_y_label: bool = True,
 ) -> None:
-    """Draw one line per method, and one over stiffness, with axes in whole decades."""
+    """Draw one error as a line per method, and a line over stiffness if given, on log axes of whole decades."""
     from matplotlib.ticker import NullFormatter
 
     for method in _LINE_STYLE_BY_METHOD:

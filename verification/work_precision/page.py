@@ -39,7 +39,7 @@ def fit_convergence_orders_by_measure_and_scheme(
     rows: pd.DataFrame,
     max_and_min_step_to_stable_step: tuple[float, float] = MAX_AND_MIN_STEP_TO_STABLE_STEP_IN_ORDER_FIT,
 ) -> dict[str, float]:
-    """Return the order of convergence of each scheme for each continuous measure between two Δt/Δt_stable."""
+    """Return orders of convergence between two Δt/Δt_stable, by error measure and scheme in one name."""
     high, low = max_and_min_step_to_stable_step
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
     parts = [
@@ -60,7 +60,7 @@ def fit_convergence_orders_by_measure_and_scheme(
 def markdown_by_marker(
     rows: pd.DataFrame, convergence_order_by_measure_and_scheme: Mapping[str, float]
 ) -> dict[str, str]:
-    """Return the tables of error against run time as Markdown, by marker."""
+    """Return the Markdown tables of error against run time by the name of their marker in the docs."""
     return {
         "steps": _scheme_error_table_against_finer_step(rows),
         "orders": _convergence_order_table(
@@ -238,7 +238,7 @@ def _table_of_errors_against_rigid_solutions(rows: pd.DataFrame) -> str:
 
 
 def _time_step_or_taylor_order_label(error_row: Any) -> str:
-    """Return the label of a time step or order."""
+    """Return the label of a row: Δt/Δt_stable of the kernel, step in s of an engine, or order of the exact block."""
     if error_row.method == "exact":
         return f"order {error_row.step_fraction:g}"
     return (

@@ -97,7 +97,7 @@ COLUMN_LONG_NAMES_AND_UNITS: Final = {
 
 
 def error_table_with_nan_if_not_measured(rows: Sequence[ErrorTableRow]) -> pd.DataFrame:
-    """Return the rows as a table with all columns; columns that were not measured are NaN."""
+    """Return rows as a data frame with all columns of the error table; a value that a row lacks is NaN."""
     table = pd.DataFrame(rows, columns=list(COLUMN_LONG_NAMES_AND_UNITS))
     return table.astype({name: np.float64 for name, (_, unit) in COLUMN_LONG_NAMES_AND_UNITS.items() if unit})
 
@@ -149,7 +149,7 @@ def error_table_columns(
 
 
 def wrong_flag_and_side_counts(flags: OverturningFlags, reference_flags: OverturningFlags) -> ErrorTableRow:
-    """Return the numbers of wrong flags and sides as columns of the table."""
+    """Return columns of counts: cases, wrong flags, cases that fall in both, wrong sides, cases without outcome."""
     found = count_outcome_differences(reference_flags, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
@@ -157,7 +157,10 @@ def wrong_flag_and_side_counts(flags: OverturningFlags, reference_flags: Overtur
 def scheme_settings_for_each_time_step(
     min_step_to_stable_step_ratio: float = 0.0, includes_finest_step: bool = True
 ) -> Iterator[SchemeStepAndPenetration]:
-    """Yield both schemes with each time step above a share of the stable one, with or without the finest."""
+    """Yield settings of both schemes with each time step above a share of the stable one.
+
+    Without `includes_finest_step` the finest step of each scheme is left out.
+    """
     for scheme in COMPARED_SCHEMES:
         fractions = [
             share
@@ -269,7 +272,7 @@ def measure_energy_balance() -> Iterator[ErrorTableRow]:
 def fall_sides_and_peak_rotations_of_rigid_blocks(
     groups: Sequence[CaseGroup], series_order: int = REFERENCE_SERIES_ORDER, amplitude_factor: float = 1.0
 ) -> tuple[OverturningFlags, FloatArray]:
-    """Return fall sides and peak rotations over α of Housner's rocking block, under motions times a factor."""
+    """Return fall sides (±1; 0: stands) and peak rotations over α of Housner's block under scaled motions."""
     found = [
         simulate_rigid_rocking(motion.scaled_by(amplitude_factor), cases, series_order) for motion, cases in groups
     ]
@@ -332,9 +335,9 @@ def measure_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
 def counts_of_all_and_wrong_cases_engines_simulate(
     case_set_key: str, groups: Sequence[CaseGroup], flags: OverturningFlags, reference_flags: OverturningFlags
 ) -> ErrorTableRow:
-    """Return the number of cases that physics engines also simulate, and how many of those are wrong, as columns.
+    """Return two columns: the number of cases that physics engines also run, and of those with a wrong flag or side.
 
-    A case is wrong if its flag or side is wrong.
+    `flags` and `reference_flags` have one value per case of all groups: ±1 (side of the fall) or 0 (stands).
     """
     some, known = (
         values_of_every_nth_case(groups, values, EVERY_NTH_CASE_RUN_IN_ENGINES_BY_SET[case_set_key])
@@ -390,7 +393,7 @@ def measure_engine_errors_against_rigid_rocking() -> Iterator[ErrorTableRow]:
 def _fall_sides_of_blocks_in_engine(
     engine: FallSideOfSingleBlockFunction, groups: Sequence[CaseGroup], time_step: float
 ) -> OverturningFlags:
-    """Return the sides to which the blocks of all groups fall in an engine."""
+    """Return the sides to which the blocks of all groups fall in an engine (±1; 0: none)."""
     sides = [
         _fall_side_of_case_in_engine(engine, group, index, time_step)
         for group in groups
@@ -402,7 +405,7 @@ def _fall_sides_of_blocks_in_engine(
 def _fall_side_of_case_in_engine(
     engine: FallSideOfSingleBlockFunction, group: CaseGroup, case_index: int, time_step: float
 ) -> int:
-    """Return the side to which the block of one case falls in an engine."""
+    """Return the side to which the block of one case falls in an engine (±1; 0: none)."""
     case, interval = group.parameters_of_case(case_index), group.motion.sampling_interval
     return fall_side_of_block(
         engine,

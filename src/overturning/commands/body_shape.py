@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 def create_body_shape_and_scan_description_lines(
     body_options: BodyOptionsOfCommandOne, density_kg_m3: float | None
 ) -> "tuple[Shape, list[str]]":
-    """Create the shape of a 3-D body from options; also return text lines on a scan."""
+    """Create the shape of a 3-D body from options; also return lines of text that describe a scan, [] without one."""
     from overturning.errors import ArgumentError
     from overturning.model.shapes import shape_from_name_or_sides
 

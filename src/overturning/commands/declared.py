@@ -76,7 +76,7 @@ class RecordFileOptions:
     vertical_sense: Annotated[str, _option_for_record_file_property("vertical_sense")] = ""
 
     def to_declared_file_properties(self) -> DeclaredFileProperties:
-        """Convert the options to declared file properties; the ArgumentError for an invalid value names its option."""
+        """Convert the options to declared file properties; an ArgumentError for an invalid value names the option."""
         from overturning.errors import ArgumentError
         from overturning.records.formats.table import find_format_by_name_or_none_if_auto
 
@@ -117,7 +117,7 @@ class MotionOptionsOfCommandOne:
 
 @dataclass(frozen=True)
 class StoneOptionsOfCommandOne:
-    """Options of `overturning one` for size, friction and contact stiffness of the stone."""
+    """Options of `overturning one` for size, friction and contact damping ratio of the stone."""
 
     b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None
     height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None

@@ -25,7 +25,7 @@ def write_interactive_cube_page(
     ] = None,
     language: Annotated[str | None, typer.Option(help="language: en or ja; not given: that of the study")] = None,
 ) -> None:
-    """Write an interactive page with the fall maps of a results cube, each outcome, and the command for its film.
+    """Write an interactive page of a results cube: fall maps, the outcome of each cell, and the command for its film.
 
     The address of the page holds the cell that is pinned: `explore.html#record=rinaldi&azimuth=30&b_over_h=0.3`.
     """

@@ -78,11 +78,12 @@ def run_workflow_step_in_fork_server_if_possible(arguments: Sequence[str]) -> in
 
 
 def start_fork_server(resource_use_table_path: str | os.PathLike[str]) -> Callable[[], None]:
-    """Start a server process that forks a copy of itself for each workflow step; return a function that ends it.
+    """Start a server process that forks itself for each workflow step; return a function that ends the server.
 
-    No server starts on systems other than Linux, where a copy of a process with loaded libraries may fail, and if the
-    folder of temporary files accepts no socket. Nor does it if the environment already names a server, or has another
-    text in `SERVER_SOCKET_ENVIRONMENT_VARIABLE`, such as ``off``: then each step runs in a process of its own.
+    No server starts on systems other than Linux, where a fork of a process with loaded libraries may fail, or if the
+    folder of temporary files accepts no socket. Nor does one start if the environment variable that
+    `SERVER_SOCKET_ENVIRONMENT_VARIABLE` names is set, to the socket of a running server or to a text such as ``off``.
+    Without any server each step runs in a process of its own.
 
     Parameters
     ----------

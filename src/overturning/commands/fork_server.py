@@ -63,7 +63,7 @@ class ForkServer:
         self._interrupt_handler_of_steps: Any = signal.SIG_DFL  # that of the steps
 
     def run_requested_steps_until_workflow_ends(self) -> None:
-        """Run workflow steps on request until the process that started the server, and all steps, have ended."""
+        """Run requested workflow steps until all steps and the process that started the server have ended."""
         # Ctrl-C stops steps and workflow; the server ends after them.
         self._interrupt_handler_of_steps = signal.signal(signal.SIGINT, signal.SIG_IGN)
         ended_step, wake_up = socket.socketpair()
@@ -166,7 +166,7 @@ class ForkServer:
 
 
 def _values_by_command_line_option(command_line_arguments: list[str]) -> dict[str, str]:
-    """Return the argument after each argument of a workflow step: the value of each option such as --output."""
+    """Map each argument of a workflow step to the argument after it: an option such as --output to its value."""
     return dict(pairwise(command_line_arguments))
 
 
@@ -200,7 +200,7 @@ def _run_workflow_step_and_exit(
 ) -> NoReturn:
     """Run a workflow step in this forked process, with the client's folder, environment and outputs; then exit.
 
-    The step ends with the server, whose process number is `server_process_id`.
+    If the server (process number `server_process_id`) ends, the step is killed.
     """
     status: Any = 1
     try:

@@ -105,7 +105,7 @@ def simulate_stone_or_scene_under_one_record(
 
 
 def _notes_on_time_origin_in_record_file(motion_start_after_file_start_s: float) -> list[str]:
-    """Return a note on the time origin, the first sample of the file; [] if the simulated motion starts there."""
+    """Return a list with the note that times count from the file's first sample; [] if the motion starts there."""
     if not motion_start_after_file_start_s:
         return []
     first = (
@@ -119,7 +119,7 @@ def _notes_on_time_origin_in_record_file(motion_start_after_file_start_s: float)
 def _shift_trajectory_times_to_file_start(
     trajectory: "xr.Dataset", motion_start_after_file_start_s: float
 ) -> "xr.Dataset":
-    """Shift the times of a simulated motion, so that they count from the first sample of the record file."""
+    """Shift the times of a simulated trajectory, so that they count from the first sample of the record file."""
     from overturning.arrays import keep_xarray_from_importing_dask
 
     keep_xarray_from_importing_dask()
@@ -215,7 +215,7 @@ def _simulate_stack(
 
 
 def _checked_friction_option_or_1(scene: "Scene", stone_options: StoneOptionsOfCommandOne) -> float:
-    """Return the option --friction (default 1); raise an error if given for a scene with its own coefficients."""
+    """Return the value of --friction, else 1; raise an error if it is given for a scene with its own coefficients."""
     from overturning.errors import ArgumentError
 
     if stone_options.friction is not None and not scene.has_contact_with_unset_friction:

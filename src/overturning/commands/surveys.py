@@ -139,7 +139,7 @@ def _compare_survey_with_cubes_and_write_results(
 ) -> None:
     """Compare a survey with the falls that results cubes predict; print, draw and store the comparison.
 
-    Results cubes are given by site; the key "" stands for all sites that are not named.
+    The pair holds the results cube of each site, where the key "" stands for all other sites, and the record id.
     """
     from overturning.findings.survey_commands import ResultsPrintedBySurveyCommands
     from overturning.findings.surveys import survey_prediction_findings
@@ -386,7 +386,7 @@ def print_survival_probability(
 ) -> None:
     """Print the probability that stones survive a seismic hazard for some years.
 
-    Bound the rate of falls if none of them fell.
+    If no stone of the survey --stones fell, also print a bound of the rate of falls.
 
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT), where ν(x) is the annual
     rate at which the intensity x is exceeded, λ the annual rate of falls, and T the exposure time in years.

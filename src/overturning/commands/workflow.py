@@ -73,7 +73,7 @@ def read_and_process_record(
 
 
 def _load_study_and_processed_motions(study_file_or_json: str, motion_folder: Path) -> tuple[Any, list[Any]]:
-    """Return the study, and the processed motions of its records from a folder of motion files, in its order."""
+    """Return a study, and the processed motions of its records, read from a folder, in the order of the study."""
     from overturning.records.store import read_record_from_motion_file
     from overturning.study.load import load_study_from_file_or_json
 

@@ -25,9 +25,10 @@ def simulate_grid_and_2d_face_planes_of_rectangle(
 ) -> dict[str, NDArray[Any]]:
     """Simulate a grid of cases; if the body is a rectangle in 3-D, also in the vertical planes of its faces.
 
-    The arrays are those of `simulate_grid` and the model's `outcome_variables_of_2d_runs_in_face_planes`. A rectangle
-    is also simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H across it. If
-    it falls in both, `fall_flag_and_azimuth_from_planes` decides. ``block_steps`` includes these simulations.
+    Return the arrays of `simulate_grid`. For a rectangle they include the model's variables
+    `outcome_variables_of_2d_runs_in_face_planes`: outcomes of the 2-D model with B/H in the plane along the orientation
+    and with D/H in the plane across it. If the rectangle falls in both planes, `fall_flag_and_azimuth_from_planes`
+    decides. ``block_steps`` includes the steps of the 2-D simulations.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
     if not isinstance(model, Body) or not model.depth_over_width_is_parameter:

@@ -52,7 +52,7 @@ class PlanarSceneTrajectory:
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return the variables (with the results of the case), coordinates and attributes of the dataset of a case."""
+        """Return variables (including those of `results`), coordinates and attributes of the trajectory's dataset."""
         vertices = np.full(
             (
                 len(self.placed_elements),
@@ -123,7 +123,7 @@ class PlanarSceneTrajectory:
         return variables, coordinates, {"reference": self.scene.name_of_element_shown_by_default, "weight": weight}
 
     def _dataset_tuples_of_outcome_variables(self, results: CaseResults) -> dict[str, Any]:
-        """Return dimensions, values, attributes of a case's outcomes by name; missing for driven or held elements."""
+        """Return, by outcome name, dimensions, values and attributes; missing values for driven or held elements."""
         variables: dict[str, Any] = {}
         free = [index for index, item in enumerate(self.placed_elements) if not item.has_prescribed_motion]
         for variable in (item for item in PLANAR_OUTCOME_VARIABLES if item.name != "mirrored"):

@@ -44,7 +44,7 @@ class Trajectory(Protocol):
     def variables_coordinates_and_attributes(
         self, results: CaseResults
     ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Return the variables (with the results of the case), coordinates and attributes of the dataset of a case."""
+        """Return variables (including those of `results`), coordinates and attributes of the trajectory's dataset."""
 
 
 def group_numbers_of_equal_cases(*case_columns: NDArray[Any]) -> NDArray[np.int64]:
@@ -97,12 +97,12 @@ class SimulationPlan(ABC):
 
     @property
     def unscaled_upward_acceleration(self) -> FloatArray | None:
-        """Unscaled upward acceleration of the base by sample, m/s², and three zeros; None without vertical motion."""
+        """Unscaled upward base acceleration by sample, then three zeros, m/s²; None without vertical motion."""
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
 
     @cached_property
     def max_base_accelerations_after_rest_checks_m_s2(self) -> tuple[FloatArray, FloatArray]:
-        """Largest unscaled horizontal and vertical base accelerations ahead at each rest check, m/s²: two arrays."""
+        """Largest unscaled horizontal and vertical base accelerations in a time window after each rest check, m/s²."""
         across = (
             np.abs(self.base_accelerations_by_direction)
             if self.base_accelerations_by_direction.ndim == 2
@@ -119,7 +119,7 @@ class SimulationPlan(ABC):
         )
 
     def initial_results_at_rest_or_missing(self) -> CaseResults:
-        """Return the results of all cases before the simulation: at rest, or missing if the contact is too soft."""
+        """Return results of cases before simulation: unmoved, or missing and `UNSTABLE` where contacts are too soft."""
         results = CaseResults.of_unmoved_cases(
             self.model.outcome_variables, self.cases.case_count, len(self.model.free_element_names)
         )
@@ -208,7 +208,7 @@ class SimulationPlan(ABC):
         added_time_s: float,  # noqa: ARG002
         has_fallen_by_element: NDArray[np.bool_],  # noqa: ARG002
     ) -> NDArray[Any]:
-        """Return trajectory rows unchanged, for a single block or body; others continue them for `added_time_s`.
+        """Return the trajectory rows unchanged; scenes and stacks override this to add `added_time_s` seconds.
 
         `has_fallen_by_element`, shape (elements,), is True for the elements that fell by the end of the case.
         """
@@ -316,7 +316,7 @@ class SimulationPlan(ABC):
 
 
 def azimuth_row_by_case_and_base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return, for each of n cases, the row of its unscaled base acceleration, and the array of these, m/s².
+    """Return the row of each of n cases in an array of unscaled base accelerations, and this array, m/s².
 
     The shapes are (n,) and (azimuths, samples + 3): a row for each distinct azimuth, with three zeros after the record.
     """

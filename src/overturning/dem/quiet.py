@@ -134,18 +134,18 @@ def largest_acceleration_without_motion_g(
 def dynamic_to_static_force_ratio_upper_bound(
     omega_squared_of_lowest_mode: FloatArray, dashpot_to_spring_ratio_s: FloatArray | float, sampling_interval: float
 ) -> FloatArray:
-    """Return an upper bound of a contact force under base motion over its static value at the peak acceleration.
+    """Return an upper bound of the ratio of a contact force in base motion to its static value at peak acceleration.
 
-    It is the lower of two bounds. The first, for any motion, is the integral of |h|, where h is the force after an
-    impulse of the base. The second is for a motion that is linear between samples: each kink of the motion excites a
-    vibration of 4/x, x = ω Δt, which decays by exp(−ξ x) per sample.
+    The result is the lower of two bounds. The first, for any motion, is the integral of |h|, where h is the force after
+    an impulse of the base. The second is for a motion that is linear between samples: each kink of the motion excites
+    a vibration of amplitude 4/x, x = ω Δt, over the static value, which decays by exp(−ξ x) per sample.
 
     Parameters
     ----------
     omega_squared_of_lowest_mode : ndarray
         ω² of the slowest mode, 1/s².
     dashpot_to_spring_ratio_s : ndarray or float
-        Dashpots over springs, s, so that ξ = ω/2 times it.
+        Ratio of dashpot to spring constants, s; the damping ratio ξ is ω/2 times this ratio.
     sampling_interval : float
         Time between samples, s.
     """

@@ -99,7 +99,7 @@ def simulate_cases(
     order = moving[np.lexsort((-length, plan.parallel_group_by_case[moving]))]
 
     def simulate_case_group(case_numbers: NDArray[np.int64]) -> None:
-        """Simulate the cases with these indices and store their outcomes."""
+        """Simulate the cases with the indices `case_numbers`, and store their outcomes in `results`."""
         results.store_outcomes(case_numbers, plan.simulate_group_with_reruns_on_energy_error(case_numbers, counter)[0])
 
     case_groups = split_into_case_groups(order, plan.parallel_group_by_case, plan.shares_long_queue_between_two_threads)
@@ -146,9 +146,9 @@ def split_into_case_groups(
 ) -> list[NDArray[np.int64]]:
     """Split cases into groups of at most `MAX_CASES_PER_KERNEL_CALL` cases with equal `parallel_group_by_case`.
 
-    `case_numbers_ordered_by_parallel_group` are indices of cases, in the order of their numbers in
-    `parallel_group_by_case`. If `share_groups_between_two_threads`, 128 or more cases of one number make at least two
-    groups, so that two threads share them.
+    `case_numbers_ordered_by_parallel_group` are indices of cases, sorted by their values in `parallel_group_by_case`.
+    With `share_groups_between_two_threads`, 128 or more cases with the same value make at least two groups, so that two
+    threads share them.
     """
     case_groups = []
     for chosen in np.split(
@@ -174,7 +174,7 @@ def simulate_groups_in_threads(
 ) -> None:
     """Simulate groups of cases on `numerics.threads` threads, and report the numbers of block steps done and expected.
 
-    Block steps are time steps times stones; `simulate_case_group` adds those done to the counter, shape (1,).
+    Block steps are time steps × stones; `simulate_case_group` adds to `counter_of_block_steps_done`, shape (1,).
     """
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:

@@ -140,10 +140,11 @@ def longest_stable_or_accurate_step(
 ) -> FloatArray:
     """Return the longest time step of each case, s, that is stable and, for a block in the centred scheme, accurate.
 
-    Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The
-    centred scheme evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max
-    exceeds `DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS`. For a block the springs are also evaluated there, so only
-    the motion limits the step (`MAX_STEP_OVER_ROCKING_TIME_CONSTANT`).
+    With ω and the damping ratio ξ_max of the highest mode, Cundall's scheme, whose dashpots lag by half a step,
+    requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme evaluates the dashpots at the end of the
+    step. For a scene this requires Δt ≤ 2/ω, less if ξ_max exceeds
+    `DAMPING_RATIO_ABOVE_WHICH_CENTRED_STEP_SHRINKS`. For a block the springs too are evaluated at the end of the step,
+    so only the resolution of the motion limits the step (`MAX_STEP_OVER_ROCKING_TIME_CONSTANT`).
 
     Parameters
     ----------
@@ -239,7 +240,7 @@ def steps_per_sample_from_stable_step(
     requested_time_step: float | str,
     sampling_interval: float,
 ) -> NDArray[np.int64]:
-    """Return each case's number of time steps per sample of the record, from its stable and automatic step.
+    """Return each case's number of time steps per sample of the record, given its stable step and that for "auto".
 
     Other parameters and exceptions are those of `steps_per_sample`.
     """

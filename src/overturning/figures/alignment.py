@@ -31,7 +31,7 @@ def fault_normal_alignment_figure_from_fall_axes(
 
 
 def convert_mean_to_plotted_estimate(earthquake_mean: MeanOverEarthquakes) -> PlottedEstimate:
-    """Convert a mean over earthquakes (value, interval, number of earthquakes) to the form that figures draw."""
+    """Convert a mean over earthquakes (value, interval, number of earthquakes) to a `PlottedEstimate`."""
     return PlottedEstimate(
         earthquake_mean.mean,
         earthquake_mean.interval_low,
@@ -45,7 +45,8 @@ def fall_alignment_by_b_over_h_figure(
 ) -> Figure:
     """Draw the alignment of falls with reference directions against B/H, one column of panels per group of records.
 
-    The upper row compares axes (period 180°), the lower row directions (period 360°).
+    The upper row shows the mean of cos 2Δ (axes, period 180°), the lower row that of cos Δ (directions, period
+    360°), with Δ the angle between fall and reference.
     `alignment_with_references_by_group` maps each group to its means, keyed by the name of the reference and by whether
     the reference is an axis. Each entry has one mean for each B/H of `b_over_h_values`.
     """

@@ -58,7 +58,8 @@ def fault_normal_alignment_by_earthquake_figure(
     ----------
     alignment_by_group_and_earthquake : mapping of str to mapping of str to float
         For each group of records the alignment of each earthquake by name: 1 if all stones fall across the fault, −1
-        if all fall along it, NaN if it is not known (no falls, no fault normal, or planes of a sector only).
+        if all fall along it, NaN if it is not known (no falls, no fault normal, or only azimuths within a sector
+        simulated).
     mean_alignment_by_group : mapping of str to PlottedEstimate
         Mean over the earthquakes of each group, with its interval.
     """
@@ -279,7 +280,7 @@ def draw_estimate_with_interval(
 
 
 def _marker_style_of_record_group(position_in_drawing_order: int) -> dict[str, Any]:
-    """Return Matplotlib keywords for the markers of one group of records or setting; only the first's are filled."""
+    """Return Matplotlib keywords for the markers of a record group or setting: filled for the first, else hollow."""
     colour = RECORD_GROUP_COLOURS[position_in_drawing_order % len(RECORD_GROUP_COLOURS)]
     face = colour if position_in_drawing_order == 0 else "white"
     return {

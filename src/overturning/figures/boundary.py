@@ -60,8 +60,8 @@ def overturning_boundary_figure(
 ) -> Figure:
     """Draw the largest B/H at which blocks fall under one record, by azimuth of the motion, one panel per height.
 
-    `boundary_by_azimuth` has the attributes of its cube if the cube belongs to a study. `largest_simulated_b_over_h` is
-    the largest B/H of the cube. The azimuth of the fault normal, degrees, can be NaN.
+    `boundary_by_azimuth` carries the attributes of the results cube from which it was computed, if the cube belongs to
+    a study. `largest_simulated_b_over_h` is the largest B/H of this cube. If the fault normal is NaN, none is drawn.
     """
     loaded = extend_azimuths_to_full_circle(boundary_by_azimuth.compute())
     heights = loaded["height"].to_numpy()

@@ -18,7 +18,7 @@ MAX_PANEL_COLUMNS: Final = 3
 def extend_azimuths_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     """Extend the azimuths of a results cube to the full circle by adding the opposite azimuth of each case.
 
-    Gaps between azimuths that were not simulated are filled with missing values; see
+    Missing values are added next to the ends of each range of azimuths without results; see
     `azimuths_simulated_or_known_by_symmetry_deg`.
     """
     whole = cube_with_opposite_azimuths(cube)
@@ -37,21 +37,21 @@ def azimuths_simulated_or_known_by_symmetry_deg(cube: xr.Dataset) -> FloatArray:
 def trim_rings_without_falls_except_innermost(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
     """Remove the large B/H at which no block can fall from a results cube, except for the smallest of them.
 
-    The smallest of them is drawn as an empty ring.
-
-    A ring is the part of a polar map that shows one B/H.
-
-    A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
-    above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.
+    The smallest is drawn as an empty ring; a ring is the part of a polar map that shows one B/H. A fall is possible if
+    a value of `falls` (flags or probabilities of falling) is above 0, or missing in a direction that was simulated. The
+    dataset is unchanged if no fall is possible anywhere.
     """
     return cube.isel(b_over_h=slice(None, count_b_over_h_rings_to_draw(*falls)))
 
 
 def count_b_over_h_rings_to_draw(*falls: xr.DataArray) -> int:
-    """Return the number of B/H values to draw: all up to the largest with a possible fall, and the next larger one."""
+    """Return the number of B/H to draw: all up to the largest with a possible fall, and the next larger one.
+
+    All are drawn if no fall is possible.
+    """
 
     def has_fall_or_unknown_outcome_by_b_over_h(fall_flags_or_probabilities: xr.Variable) -> xr.Variable:
-        """Return, for each B/H (a ring of the map), True if a block may fall."""
+        """Return, for each B/H, True if a block falls (value above 0) or a simulated case has no known outcome."""
         computed = fall_flags_or_probabilities.notnull().any(
             [name for name in fall_flags_or_probabilities.dims if name not in {"azimuth", "orientation"}]
         )

@@ -169,7 +169,7 @@ def labels_of_rings_at_round_radii(max_ring_radius: float) -> dict[float, str]:
 def b_over_h_ring_labels(rim_b_over_h: float, ring_b_over_h_if_no_round_one_fits: float) -> dict[float, str]:
     """Return labels of rings at round B/H, keyed by B/H.
 
-    Only `ring_b_over_h_if_no_round_one_fits` if none is below the rim.
+    If no round B/H is below that of the rim, the only ring is at `ring_b_over_h_if_no_round_one_fits`.
     """
     steps = (0.1, 0.2, 0.3) if rim_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
     rings = [step for step in steps if step < rim_b_over_h] or [round(ring_b_over_h_if_no_round_one_fits, 2)]
@@ -192,8 +192,8 @@ def create_compass_grid(
 class CompassGridLayout(ConstrainedLayoutEngine):
     """Layout of compasses of one size in rows and columns: below the title, above a colour bar and the legend.
 
-    Matplotlib's own constrained layout measures all texts several times. Here, texts that all panels share are
-    measured once: their distance from a rim hardly depends on its size. All lengths are in points.
+    Matplotlib's own constrained layout measures all texts several times. Here, texts that all panels share are measured
+    once, because their distance from the rim hardly depends on the size of the compass. All lengths are in points.
     """
 
     def execute(self, fig: Figure) -> None:
@@ -294,7 +294,7 @@ def _set_panel_position(
     width_figure_fraction: float,
     height_figure_fraction: float,
 ) -> None:
-    """Set the position of a panel, as shares of the figure, and let Matplotlib's layout go on counting the panel."""
+    """Set the position of a panel, as shares of the figure, and keep the panel in Matplotlib's layout."""
     axes.set_position((left_figure_fraction, bottom_figure_fraction, width_figure_fraction, height_figure_fraction))
     axes.set_in_layout(True)
 
@@ -328,7 +328,7 @@ def _compass_left_or_upper_edges_pt(
 ) -> FloatArray:
     """Return the left (or upper) edges, pt, of compasses in a row (or column) with the spare length divided evenly.
 
-    `text_lengths_before_and_after_compass_pt` are those of `_largest_compass_diameter_pt`.
+    `text_lengths_before_and_after_compass_pt` is defined in `_largest_compass_diameter_pt`.
     """
     count = len(text_lengths_before_and_after_compass_pt)
     largest = _largest_compass_diameter_pt(

@@ -72,7 +72,7 @@ def check_has_falls_and_fault_normal(cube: xr.Dataset, fall_axes_by_group: dict[
 def check_has_fall_alignment(
     cube: xr.Dataset, alignment_with_references_by_group: dict[str, MeanFallAlignmentByBOverH]
 ) -> None:
-    """Raise an ArgumentError if the alignment of falls is known for no record, since the figure would be empty."""
+    """Raise an ArgumentError if no alignment of falls with a reference is known, since the figure would be empty."""
     means = [
         mean.mean
         for group in alignment_with_references_by_group.values()
@@ -93,7 +93,7 @@ def check_has_outcomes_and_nonzero_motion(cube: xr.Dataset, intensity_measures: 
 
 
 def check_are_trajectories_in_2d(trajectories: Sequence[xr.Dataset]) -> None:
-    """Raise an ArgumentError unless all datasets are from `overturning.trajectory` of a 2-D model."""
+    """Raise an ArgumentError unless there are datasets, all of them 2-D results of `overturning.trajectory`."""
     if not trajectories:
         raise ArgumentError("rotation_slip_and_uplift: no trajectory; give datasets of overturning.trajectory")
     for one in trajectories:
@@ -107,7 +107,7 @@ def check_are_trajectories_in_2d(trajectories: Sequence[xr.Dataset]) -> None:
 
 
 def check_ground_moves(peak_acceleration: float, figure_description: str) -> None:
-    """Raise an ArgumentError if the peak ground acceleration, m/s², is at most a rounding error."""
+    """Raise an ArgumentError if the ground does not move: its peak acceleration, m/s², is zero within rounding."""
     if not peak_acceleration > MAX_PGA_FROM_ROUNDING_M_S2:
         raise ArgumentError(
             f"{figure_description}: nothing to draw: the ground does not move (peak {peak_acceleration / GAL:.2g} Gal)"

@@ -19,15 +19,15 @@ class IllustrativeCaseWithFigures:
     title, selection_rule : str
         Title of the case, and the rule that chose it.
     block_and_motion_description, block_parameters_text, record : str
-        The block and its motion in words, the block as B/H, H and µ, and the id of the record.
+        The block and its motion in words; B/H, H (m) and µ of the block as text; and the id of the record.
     variant_name_by_panel, panel_headings, panel_outcomes : tuple of str
         Variant, heading and outcome of each panel of the film.
     film : dict
-        Data for the player; see `overturning.figures.film.Film.player_data`.
+        Data for the film player in the browser; see `overturning.figures.film.Film.player_data`.
     film_strip_file_name, strip_alt : str
         File of the strip of four frames that stands for the film on paper, and its alternative text.
     keyboard_help : str
-        Help on keys of the player that only this kind of film has.
+        Help on the player's keys that work only in 2-D films, or only in 3-D films.
     figure_texts_and_options_by_file : dict
         Alternative text and options of each figure, by file name.
     """
@@ -53,5 +53,5 @@ def write_illustrative_case_list(drawn_cases: list[IllustrativeCaseWithFigures],
 
 
 def read_illustrative_case_list(folder: Path) -> list[IllustrativeCaseWithFigures]:
-    """Read the illustrative cases with films and figures from a folder; a `ResultError` if they are missing."""
+    """Read the illustrative cases of a study from ``cases.json`` in a folder; a `ResultError` if it is missing."""
     return read_json_result(list[IllustrativeCaseWithFigures], folder / CASES_FILE_NAME, "illustrative cases")

@@ -79,10 +79,10 @@ def explorer_page_data(
     Parameters
     ----------
     cube : Dataset
-        2-D or 3-D cube, with all elements or one; loaded one record at a time.
+        2-D or 3-D results cube, with one or all elements of a scene; one record at a time is loaded into memory.
     store_record_cells : callable, optional
-        Function that receives the number and the cells of each record and stores them; the returned data then does not
-        contain them.
+        Function that receives the index of each record and the encoded outcomes of its cells, and stores them; the
+        returned dictionary then does not contain the outcomes.
     study : Study, optional
         Study whose title, question and `figures` the page shows; by default that of
         `find_study_with_title_and_figure_settings`.
@@ -90,8 +90,8 @@ def explorer_page_data(
     Returns
     -------
     dict
-        Data of the page. The cells of a record are base64-encoded integers over direction (the full circle for a 2-D
-        cube), height, B/H, aspect, friction and element.
+        Data of the page. The outcomes under a record are arrays over direction (the full circle for a 2-D cube),
+        height, B/H, aspect, friction and element, as integers in base64 text.
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
@@ -163,12 +163,12 @@ def explorer_page_data(
 
 
 def _film_command_language_option_and_value() -> list[str]:
-    """Return the words that make `overturning film` use the language of the page: option and value; [] for English."""
+    """Return the command-line words that make `overturning film` use the language of the page; [] for English."""
     return [] if current_language() == ENGLISH else ["--language", current_language()]
 
 
 def _translation_entry_of_page_data(cube: "xr.Dataset") -> dict[str, dict[str, str]]:
-    """Return the entry "words" of the page data, translations by English text, as a dict; {} for an English page."""
+    """Return {"words": translations by English text} as an entry of the page data; {} for an English page."""
     if (language := current_language()) == ENGLISH:
         return {}
     elements = {name: translate(name) for name in cube["element"].to_numpy().astype(str).tolist()}
@@ -176,7 +176,7 @@ def _translation_entry_of_page_data(cube: "xr.Dataset") -> dict[str, dict[str, s
 
 
 def _record_name_fault_normal_and_fall_times(record_cube: "xr.Dataset") -> dict[str, Any]:
-    """Return id, name, fault normal (degrees), and first and last time of a fall (s) of one record in the results."""
+    """Return a record's id, name, fault normal (degrees), and times (s) of its earliest and latest fall, as a dict."""
     normal, times = float(record_cube["fault_normal"][0]), record_cube["overturning_time"].to_numpy().astype(np.float64)
     return {
         "id": str(record_cube["record_id"].item()),
@@ -248,8 +248,8 @@ def _is_rotation_in_degrees_by_element(cube: "xr.Dataset", element_count: int) -
 def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> str:
     """Return the HTML text of the interactive results page from the dictionary of `explorer_page_data`.
 
-    The page is the same, byte for byte, for the same data; it loads only the files with cells of single records. Its
-    texts are in the current language. It has a link to the report if `report_address` is given.
+    The same data give the same bytes. The page loads no files except the scripts with the outcomes of single records;
+    see `write_explorer`. Its texts are in the current language. With `report_address` it has a link to the report.
     """
     script = "".join(map(read_template_text, _SCRIPT_FILE_NAMES))
     shown = {name: page_data[name] for name in ("title", "question", "space", "mirrors", "ensemble")}
@@ -262,9 +262,9 @@ def explorer_page_html(page_data: dict[str, Any], report_address: str = "") -> s
 def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None, report_address: str = "") -> None:
     """Write the interactive results page of a results cube to a .html file.
 
-    If the cube has more than `MAX_CELLS_OF_SINGLE_EXPLORER_PAGE` cells, those of each record go into a separate file,
-    ``NAME-records/0.js`` and so on next to ``NAME.html``, which the page loads when the record is selected. See
-    `explorer_page_data` for the study, and `explorer_page_html` for the report.
+    If the cube has more than `MAX_CELLS_OF_SINGLE_EXPLORER_PAGE` cells, the cells of each record go into a separate
+    file, ``NAME-records/0.js`` and so on next to ``NAME.html``, which the page loads when the record is selected. For
+    `study` see `explorer_page_data`, for `report_address` `explorer_page_html`.
     """
     if cube["overturned"].size <= MAX_CELLS_OF_SINGLE_EXPLORER_PAGE:
         write_text(path, explorer_page_html(explorer_page_data(cube, study=study), report_address))

@@ -49,7 +49,7 @@ def encode_outcomes_of_record(
 ) -> dict[str, Any]:
     """Encode the outcomes of all cases under one record as base64 text for the interactive results page.
 
-    Rotations are multiples of the step of each scene element (`rotation_encoding_step_by_element`).
+    The rotations of a scene element are stored as multiples of its step in `rotation_encoding_step_by_element`.
     """
     model = default_model_of_same_kind_as_results_cube(record_cube)
     order = (model.direction_dimension_name, "height", "b_over_h", "aspect", "friction", "element")
@@ -133,7 +133,7 @@ def _encode_multiples_of_step_as_base64(
 
 
 def _keep_intermediate_probabilities_off_0_and_1(fall_probabilities: FloatArray) -> FloatArray:
-    """Move probabilities strictly between 0 and 1 away from both, so that rounding to 255 steps keeps them between."""
+    """Clip probabilities strictly between 0 and 1 so that rounding them to 240 steps does not make them 0 or 1."""
     return np.where(
         (fall_probabilities > 0) & (fall_probabilities < 1),
         np.clip(fall_probabilities, 1 / ENCODED_PROBABILITY_STEP_COUNT, 1 - 1 / ENCODED_PROBABILITY_STEP_COUNT),
@@ -149,8 +149,8 @@ class InitialExplorerCase(NamedTuple):
     direction_and_b_over_h_indices : list of int
         Indices of the cell along direction and B/H.
     fall_clarity_sort_key : tuple
-        True if it falls in every run; probability of a fall; mean probability of it and its neighbours; index of B/H.
-        Of two cases the clearer one has the larger tuple.
+        True if the case falls in every run; its probability of a fall; mean probability of the case and its
+        neighbours; index of B/H. Of two cases the clearer one has the larger tuple.
     """
 
     direction_and_b_over_h_indices: list[int]
@@ -162,9 +162,9 @@ def choose_initial_explorer_case(
 ) -> InitialExplorerCase:
     """Choose the case of a block under one record that the interactive page shows first: a clear fall.
 
-    Candidates are the cases that fall towards their azimuth (3-D: that fall) in every run of the ensemble. The chosen
-    case is the one whose eight neighbours in the grid do so with the largest probability; if several are equal, the
-    stoutest. Without candidates, the case with the largest probability of a fall is chosen.
+    Candidates are the cases that fall towards their azimuth (3-D: to any side) in every run of the ensemble. Of these
+    the case is chosen whose eight neighbours in the grid have the largest mean probability of such a fall; of equal
+    cases the stoutest. Without candidates, the case with the largest probability of such a fall is chosen.
 
     Parameters
     ----------
@@ -200,9 +200,8 @@ def choose_initial_explorer_case(
 def ensemble_fall_or_fall_towards_probability(cube: "xr.Dataset") -> "xr.DataArray | None":
     """Return the share of each case's ensemble runs that fall (2-D: that fall towards its azimuth).
 
-    Ensemble runs are slightly changed repetitions.
-
-    NaN for cases without runs; None if the cube has no ensemble.
+    An ensemble repeats a case with slight changes. The share is NaN for cases without such runs. Returns None if the
+    cube has no ensemble.
     """
     return cube.get("probability_falls", cube.get("probability_towards"))
 

@@ -38,18 +38,18 @@ def overturned_fraction_by_intensity_figure(
     fragility_curve: FittedFragilityCurve,
     jma_intensity_by_record_and_factor: FloatArray,
 ) -> Figure:
-    """Draw the fraction overturned against an intensity measure, with its fragility curve, and against JMA intensity.
+    """Draw the fraction overturned by an intensity measure, with a fragility curve; in a second panel by JMA intensity.
 
     Parameters
     ----------
-    fallen_fraction_by_record_and_factor : array, shape (record, a)
+    fallen_fraction_by_record_and_factor : array, shape (record, factor)
         Share of the stones that overturn under each record times each amplitude factor, NaN if unknown.
-    intensity_by_record_and_factor : array, shape (record, a)
-        Values of the measure of the curve, in its unit, NaN if unknown.
+    intensity_by_record_and_factor : array, shape (record, factor)
+        Values of the intensity measure of `fragility_curve`, in its unit, NaN if unknown.
     fragility_curve : FittedFragilityCurve
         Fragility curve of the whole population; it is drawn with the 95 % interval of its median if it has one.
-    jma_intensity_by_record_and_factor : array, shape (record, a)
-        JMA instrumental intensity, NaN if unknown; if all are, there is no panel for it.
+    jma_intensity_by_record_and_factor : array, shape (record, factor)
+        JMA instrumental intensity, NaN if unknown; if all values are NaN, the second panel is left out.
     """
     with_jma = bool(np.isfinite(jma_intensity_by_record_and_factor).any())
     figure, panels = create_panel_grid(1, 1 + with_jma, 3.5 * (1 + with_jma), 2.9 + 0.2 * with_jma, 1 + with_jma)
@@ -78,14 +78,14 @@ def fragility_curves_figure(
     intensities_by_measure: Mapping[str, FloatArray],
     fragility_curves: Sequence[FittedFragilityCurve],
 ) -> Figure:
-    """Draw the fraction overturned against each intensity measure that has a fragility curve, with the curve.
+    """Draw the fraction overturned by intensity with its fragility curve, one panel for each intensity measure.
 
     Parameters
     ----------
-    fallen_fraction_by_record_and_factor : array, shape (record, a)
-        Fractions overturned under each record and factor, NaN if unknown.
-    intensities_by_measure : mapping of str to array, shape (record, a)
-        Values of each measure, in the unit of its curve, NaN if unknown.
+    fallen_fraction_by_record_and_factor : array, shape (record, factor)
+        Share of the stones that overturn under each record times each amplitude factor, NaN if unknown.
+    intensities_by_measure : mapping of str to array, shape (record, factor)
+        Values of each intensity measure, in the unit of its fragility curve, NaN if unknown.
     fragility_curves : sequence of FittedFragilityCurve
         Fragility curves of the same stones, one for each panel; see `overturned_fraction_by_intensity_figure`.
     """
@@ -139,9 +139,9 @@ def _draw_fragility_curve(
 def _draw_jma_fall_rates_and_tell_if_ranges_shown(
     panel: Any, jma_intensity_by_record_and_factor: FloatArray, fallen_fraction_by_record_and_factor: FloatArray
 ) -> bool:
-    """Draw the fraction overturned by JMA intensity, with degree limits and the ranges stated by survey rules.
+    """Draw the fraction overturned by JMA intensity, with the limits of the JMA degrees and the rule of field surveys.
 
-    Returns True if at least one of these ranges lies in the panel.
+    The rule infers a JMA degree from a range of the fraction. Returns True if at least one such range is drawn.
     """
     known = np.isfinite(jma_intensity_by_record_and_factor)
     panel.plot(

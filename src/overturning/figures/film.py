@@ -95,7 +95,7 @@ class FilmPanel:
 
     @property
     def first_fall_time_for_printed_strip(self) -> float:
-        """Time of the first fall, s, near which the printed strip of frames shows the fall; NaN if nothing falls."""
+        """Time of the first fall, s, at which the printed strip shows a frame; NaN if nothing falls."""
         return self.last_fall_time if math.isnan(self.first_fall_time) else self.first_fall_time
 
     @property
@@ -120,7 +120,7 @@ class FilmPanel:
         return shown
 
     def player_data(self, film: "Film") -> dict[str, Any]:
-        """Return the panel as a dictionary for the JavaScript film player, with the motion while `film` runs."""
+        """Return the panel as a dictionary for the JavaScript film player, with the accelerations during `film`."""
         traces = [
             (
                 label,
@@ -253,7 +253,7 @@ def fall_times_of_fallen_stones(trajectory: "xr.Dataset") -> list[float]:
 def polygon_vertices_by_frame(body: FilmBody) -> FloatArray:
     """Return the positions of the n vertices of a polygon in all frames, m, shape (frames, n, 2).
 
-    A vertex (s, z) is at s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ.
+    Vertex (s, z) of a body at (s₀, z₀), turned by θ: s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ.
     """
     (s, z), cos, sin = (
         body.vertices_from_reference_point.T,
@@ -270,7 +270,7 @@ def extent_of_free_2d_bodies_with_margin(
 ) -> tuple[float, float, float, float]:
     """Return a rectangle (left, right, bottom, top), m, around all free polygons of a film at all times, with a margin.
 
-    If `adds_ground_displacement`, the displacement of the ground is added, as the player shows it on request.
+    If `adds_ground_displacement`, positions include the ground displacement, for the player's view with moving ground.
     """
     places = [
         polygon_vertices_by_frame(body)
@@ -309,9 +309,9 @@ def ground_displacement_since_first_time(
     sampling_interval: float,
     times_after_first_sample: FloatArray,
 ) -> FloatArray:
-    """Return the ground displacement at given times less that at the first of them, m, shape (times, components).
+    """Return the ground displacement since the first of the given times, m, shape (times, components).
 
-    It is integrated twice from the accelerations, from rest at the first sample.
+    The accelerations are integrated twice, from rest at the first sample.
 
     Parameters
     ----------
@@ -339,7 +339,7 @@ def samples_from_time_zero(
 ) -> FloatArray:
     """Return the samples of an acceleration from time 0 on, shape (…, n), given the time of its first sample, s.
 
-    Samples before time 0 are left out; zeros stand for those between time 0 and a first sample after it.
+    Samples before time 0 are left out; if the first sample is later than 0, zeros fill the time before it.
     """
     before = round(-first_sample_time / sampling_interval)
     zeros = [*(acceleration_samples.ndim - 1) * [(0, 0)], (max(0, -before), 0)]
@@ -358,7 +358,7 @@ def _encode_as_scaled_base64_integers(values: ArrayLike) -> dict[str, Any]:
 def _film_acceleration_extremes_and_interval(
     component_acceleration_from_time_zero: FloatArray, sampling_interval: float, film: Film
 ) -> tuple[FloatArray, float]:
-    """Return the acceleration during a film, reduced to extreme values per 0.02 s, and its new sampling interval, s."""
+    """Return the acceleration during a film, thinned to minima and maxima per 0.02 s, and its new time step, s."""
     first, last = (
         int(film.first_frame_time / sampling_interval),
         int(np.ceil(film.last_frame_time / sampling_interval)) + 1,

@@ -22,7 +22,8 @@ def film_title_facts(
     model : Model
         Model of the case.
     block_size_and_friction_by_name : mapping
-        ``height`` (m), ``b_over_h`` and ``friction`` of the reference element or body, and ``aspect`` of an oblong one.
+        ``height`` (m), ``b_over_h`` and ``friction`` of the reference element or body, and ``aspect``, the ratio of
+        depth to width, of a 3-D body (1 if not given).
     station_and_event : str
         Name of the record; see `overturning.figures.film_words.station_and_event_text`.
     **more
@@ -53,7 +54,7 @@ def film_title_facts(
 
 
 def _title_fields_for_stone_of_scene(scene: Scene) -> dict[str, Any]:
-    """Return fields of `FilmTitleFacts`: kind and name of a scene's stone; and friction None if the scene sets it."""
+    """Return fields of `FilmTitleFacts` for a scene: kind, names, and friction None if the scene sets the friction."""
     own = {} if scene.has_contact_with_unset_friction else {"friction": None}
     if scene.can_use_single_block_kernel and scene.name == "gravestone":
         return {"stone_kind": "stone", **own}
@@ -66,7 +67,7 @@ def _title_fields_for_stone_of_scene(scene: Scene) -> dict[str, Any]:
 
 
 def _title_fields_for_stone_of_body(shape: Shape, width_m: float, depth_to_width_ratio: float) -> dict[str, Any]:
-    """Return fields of `FilmTitleFacts`: kind of a 3-D body, and depth of an oblong one or side count of a prism."""
+    """Return fields of `FilmTitleFacts` for a 3-D body: kind, and depth if oblong or number of sides if a prism."""
     if isinstance(shape, RectangularPrism):
         return (
             {"stone_kind": "square"}

@@ -52,9 +52,9 @@ _CJK_FONT_PATH_PATTERN: Final = re.compile(r"cjk|ipa", re.IGNORECASE)
 
 
 def check_film_can_be_written(path: Path, *, is_3d: bool) -> None:
-    """Raise an error if a 3-D film is to be written to another file than .html, or an MP4 without ffmpeg.
+    """Raise an error for a 3-D film in another format than .html, and for an MP4 if ffmpeg is not installed.
 
-    It is called before the simulation, so that no time is lost.
+    A call before the simulation saves the time for a film that could not be written.
     """
     if is_3d and path.suffix.lower() != ".html":
         raise ArgumentError(f"{path.name}: a film of a 3-D body is an HTML page; use the extension .html")
@@ -65,7 +65,7 @@ def check_film_can_be_written(path: Path, *, is_3d: bool) -> None:
 def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
     """Write a film as GIF (with Pillow) or MP4 (with ffmpeg, if it is installed); the file is reproducible.
 
-    Raises the errors of `check_film_can_be_written`, and an `ArgumentError` for any other extension.
+    Raises the errors of `check_film_can_be_written`, and an `ArgumentError` for an extension other than .gif and .mp4.
     """
     import matplotlib as mpl
     from matplotlib import animation
@@ -108,7 +108,7 @@ def write_film_as_gif_or_mp4(film: Film, path: Path) -> None:
 
 
 def name_of_installed_font_of_language(language: str, file_name_in_error_message: str) -> str:
-    """Return the name of an installed font for a language; raise an error that names the package if none is."""
+    """Return the name of an installed font for a language; without one, raise an error with the package to install."""
     from matplotlib import font_manager
 
     package, names = FONT_PACKAGE_AND_NAMES_BY_LANGUAGE[language]
@@ -134,7 +134,7 @@ def _translate_panel_texts_of_film(film: Film) -> Film:
 
 
 def _translated_movie_title_with_speed(film: Film, max_line_width_inches: float) -> str:
-    """Return the title of a movie with its playback speed; a title in another language than English is line-broken."""
+    """Return the title of a movie with its playback speed; if not in English, translated and broken into lines."""
     title = movie_title_with_speed(film.title, PLAYBACK_SPEED_LABELS[MOVIE_SPEED_OVER_REAL_TIME])
     if current_language() == ENGLISH:
         return title
@@ -142,9 +142,9 @@ def _translated_movie_title_with_speed(film: Film, max_line_width_inches: float)
 
 
 def _create_movie_figure_and_updater(film: Film) -> "tuple[Figure, Callable[[int], bool]]":
-    """Return the figure of a film, and a function that draws the frame with a given index into it.
+    """Return a figure for a film, and a function that draws the film's frame of a given index in this figure.
 
-    The function returns True if a text has changed.
+    The function returns True if an outcome text has changed, which requires a new layout.
     """
     from matplotlib.patches import Polygon
 

@@ -55,7 +55,7 @@ def _largest_motion_of_standing_stones_sentence(trajectory_by_stone: list["xr.Da
     )
 
     def value_of_largest_magnitude_and_stone_name(value_by_stone: list[float]) -> tuple[float, str]:
-        """Return the largest absolute value, and the name of its stone if there are several."""
+        """Return the value of largest magnitude, with its sign, and the name of its stone; "" for a single stone."""
         place = int(np.argmax(np.abs(value_by_stone)))
         return value_by_stone[place], str(trajectory_by_stone[place]["element"].item()) if len(
             trajectory_by_stone
@@ -72,11 +72,10 @@ def _largest_motion_of_standing_stones_sentence(trajectory_by_stone: list["xr.Da
 
 
 def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
-    """Return a sentence on the outcome of a 3-D stack: names and times of the stones that fall, or how it stands.
+    """Return a sentence, without full stop, on the outcome of a 3-D stack: the stones that fall, or all stand.
 
-    If all stand, the tilt, the twist and the slip are each the largest of any stone, with its name.
-
-    The sentence has no full stop.
+    Each falling stone has a name, azimuth and time. If all stand, the sentence gives the largest tilt, twist and slip
+    of any stone, each with the name of the stone.
     """
     stones = _trajectory_of_each_stone(trajectory)
     falls = sorted(
@@ -92,7 +91,7 @@ def stack_outcome_sentence(trajectory: "xr.Dataset") -> str:
 
 
 def stack_tilts_quaternions_positions_by_time(trajectory: "xr.Dataset") -> FloatArray:
-    """Return tilt (2), quaternion (4) and position (3, m) of all stones of a stack, shape (times, 9 × stones)."""
+    """Return tilt (north, east), quaternion and position (m) of all stones of a stack, shape (times, 9 × stones)."""
     return np.concatenate(
         [tilt_north_east_quaternion_and_position_by_time(one) for one in _trajectory_of_each_stone(trajectory)], axis=1
     )
@@ -151,7 +150,7 @@ def _film_body_of_trajectory(trajectory: "xr.Dataset", frame_times: FloatArray, 
 
 
 def convex_hull_faces(corners: FloatArray) -> tuple[tuple[int, ...], ...]:
-    """Return the triangular faces of the convex hull of points, as indices of the points, shape (n, 3).
+    """Return the plane faces, with three or more corners, of the convex hull of points `corners`, shape (n, 3).
 
     Each face is a tuple of indices into `corners`, anticlockwise seen from outside.
     """

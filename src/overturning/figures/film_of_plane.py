@@ -75,10 +75,10 @@ def _element_poses_by_time(trajectory: "xr.Dataset", element_index: int) -> Floa
 def _times_and_poses_with_added_lying_pose(
     trajectory: "xr.Dataset", element_index: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return times (s) and poses (x, z, rotation) of a scene element, with a last pose in which a fallen block lies.
+    """Return times (s) and poses (x and z, m; rotation, rad) of a scene element; a fallen single block lies at last.
 
-    The trajectory of a single block ends at the last sample before it has fallen, for a coarse record some degrees
-    too early; one pose is appended in which the block has turned about its corner until it lies.
+    The trajectory of a single block ends at the last sample before the block lies: some degrees too early if the
+    sampling interval is large. One pose is added in which the block has turned about its corner until it lies.
     """
     one, time, poses = (
         trajectory.isel(element=element_index),
@@ -134,7 +134,7 @@ def _film_bodies_of_scene(
 
 
 def _clip_wide_ground(ground_vertices: FloatArray, clipped_half_width_and_depth_m: float) -> FloatArray:
-    """Move the vertices of a very wide ground polygon, m, so that it has the half-width and the depth given, m."""
+    """Return the vertices of very wide ground, m, cut to half-width and depth `clipped_half_width_and_depth_m`."""
     s, z = (
         np.clip(ground_vertices[:, 0], -clipped_half_width_and_depth_m, clipped_half_width_and_depth_m),
         ground_vertices[:, 1],
@@ -145,9 +145,9 @@ def _clip_wide_ground(ground_vertices: FloatArray, clipped_half_width_and_depth_
 def _contact_points_and_forces(
     trajectory: "xr.Dataset", frame_times: FloatArray
 ) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
-    """Return position (m) and force (in units of the weight) of each contact by frame, shape (frames, k, 2) each.
+    """Return positions (m) and forces (over the weight of the stones) of k contacts by frame, both (frames, k, 2).
 
-    Forces are zero after the end of the simulation. (None, None) if there is no contact at any time.
+    Forces are zero after the end of the simulation. Returns (None, None) if there is no contact at any time.
     """
     clock = trajectory["time"].to_numpy()
     force, place = (

@@ -65,19 +65,19 @@ def outcome_sentence(trajectory: "xr.Dataset") -> str:
 def first_and_last_movement_times_for_film(trajectory: "xr.Dataset") -> tuple[float, float] | None:
     """Return the times, s, of the first and last movement of the free bodies; None if nothing moves.
 
-    A body moves at a time if its pose differs from both its first and its last pose.
-
-    If nothing falls, the last movement of at least `LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO` of the largest one counts as
-    the last, since a stone may rock on for long.
+    A body moves while its pose differs by more than `MIN_VISIBLE_MOVEMENT_M_OR_RAD` from both its first and its last
+    pose. If nothing falls, differences below `LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO` times the largest one do not count
+    as last movement, since a stone may rock on for long.
     """
     times = _movement_start_return_after_peak_and_end_times(trajectory)
     return None if times is None else (times[0], times[2])
 
 
 def _movement_start_return_after_peak_and_end_times(trajectory: "xr.Dataset") -> tuple[float, float, float] | None:
-    """Return the times (s) of the first movement, of the return after the largest one, and of the last movement.
+    """Return the times (s) of the first movement, of the return from the largest movement, and of the last movement.
 
-    See `first_and_last_movement_times_for_film`.
+    The bodies have returned when their movement is below `LAST_FILMED_TO_LARGEST_MOVEMENT_RATIO` times the largest or
+    invisible. None if nothing moves. For the other times see `first_and_last_movement_times_for_film`.
     """
     poses, time = (
         _film_functions_for_trajectory(trajectory).extract_poses_for_motion_check(trajectory),
@@ -110,8 +110,8 @@ def has_fallen_stone(trajectory: "xr.Dataset") -> bool:
 def film_start_and_end_times(trajectories: Sequence["xr.Dataset"]) -> tuple[float, float]:
     """Return the times, s, between which a film shows several trajectories: first to last movement in any of them.
 
-    If stones fall in some of the trajectories, the others are followed until they return from their largest
-    movement. If nothing moves: 3 s before to 3 s after the peak of the motion.
+    If stones fall in some trajectories, those without a fall count only until they return from their largest movement.
+    If nothing moves in any trajectory, the film shows 3 s before to 3 s after the peak ground acceleration.
     """
     spans = [
         (has_fallen_stone(trajectory), times)
@@ -142,19 +142,20 @@ def film_of_trajectories(
     Parameters
     ----------
     trajectories : sequence of Dataset
-        Trajectories, a panel each; simulate a scene with an `aftermath` of `SIMULATED_TIME_AFTER_OUTCOME_S` so that it
-        ends with its stones lying.
+        Trajectories, one for each panel. Those of a scene should be simulated with an `aftermath` of
+        `SIMULATED_TIME_AFTER_OUTCOME_S`, so that fallen stones lie at the end.
     motions : Motion or sequence of Motion
-        Motion of all trajectories, or of each; a trajectory was simulated under its motion times its own amplitude.
+        One motion for all trajectories, or one for each. The ground moved as this motion times the amplitude factor
+        stored in the trajectory.
     title : str
         Title; see `overturning.figures.film_words.film_title_text`.
     headings : sequence of str
-        Headings of the panels; by default the direction of each.
+        Headings of the panels; by default the azimuth of the motion (2-D) or the azimuth that the body faces (3-D).
     note : str
         Line below the film; a hint on how to turn the view of a 3-D body is appended.
     first_sample_time : float
-        Time of the first sample of the motions on the clock of the trajectories, s. It is negative if a filter needs
-        time before the record; the ground moves from there on, but the film begins at time 0 or later.
+        Time of the first sample of the motions, s, in the times of the trajectories. A negative value means that the
+        ground moves before time 0, since a filter needs time before the record; the film begins at time 0 or later.
 
     Raises
     ------

@@ -33,11 +33,12 @@ GROUND_COLOUR: Final = "#8a8a86"
 
 
 def film_strip_frame_times_and_captions(film: Film) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return times (s) and captions of the four frames that a printed film shows; all panels have the same frames.
+    """Return times (s) and captions of the four frames that a printed film shows, the same for all its panels.
 
-    The first uplift is the first frame in which a stone of any panel has turned by `MIN_VISIBLE_UPLIFT_ANGLE_RAD`, or
-    by half of its largest rotation if that is smaller. The fall is that of the panel whose stone falls first, at the
-    last time at which it could still come back; if nothing falls the time of the largest rotation takes its place.
+    The frames show the start, the first uplift, the fall and the end. The fall is the first one in any panel, at the
+    overturning time; if nothing falls, the frame of the largest rotation replaces it. The first uplift is the first
+    frame in which any stone has turned by `MIN_VISIBLE_UPLIFT_ANGLE_RAD`, or, if smaller, by half of the largest
+    rotation before the fall.
     """
     angle = np.max(
         [
@@ -112,7 +113,7 @@ def film_strip_figure(film: Film, *, has_title: bool = True) -> "Figure":
 
 
 def _caption_below_frame_row(panel: FilmPanel, film_panel_count: int) -> str:
-    """Return the text below a panel's row of frames: directions of left and right, panel heading, and outcome."""
+    """Return the text below a panel's row of frames: bearings of left and right (2-D), heading, and outcome."""
     sides = (
         f"← {panel.left_and_right_bearings[0]}    {panel.left_and_right_bearings[1]} →      "
         if panel.left_and_right_bearings[0]
@@ -122,7 +123,7 @@ def _caption_below_frame_row(panel: FilmPanel, film_panel_count: int) -> str:
 
 
 def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, fractional_frame_index: float) -> None:
-    """Draw the bodies of a film panel at a frame; a fraction, such as 2.5, interpolates between two frames."""
+    """Draw the bodies of a film panel at a frame index; 2.5, for instance, is half-way between frames 2 and 3."""
     from matplotlib.patches import Polygon
 
     if panel.shows_3d_body:
@@ -139,13 +140,13 @@ def draw_film_panel_at_frame(axes: Any, panel: FilmPanel, fractional_frame_index
 
 
 def body_at_frame(body: FilmBody, fractional_frame_index: float) -> FilmBody:
-    """Return a body with its pose at one frame only; a fraction, such as 2.5, interpolates between two frames.
+    """Return a body with a single pose, at a frame index; 2.5, for instance, is half-way between frames 2 and 3.
 
-    A position beyond the last frame gives the last pose.
+    An index beyond the last frame gives the last pose.
     """
 
     def interpolate_array_at_fractional_frame_index(positions_or_rotations_by_frame: FloatArray) -> FloatArray:
-        """Interpolate positions or rotations linearly to `fractional_frame_index`; the first axis keeps length 1."""
+        """Return positions or rotations, interpolated at `fractional_frame_index`, as an array of one frame."""
         low = min(int(fractional_frame_index), len(positions_or_rotations_by_frame) - 1)
         high, part = (
             min(low + 1, len(positions_or_rotations_by_frame) - 1),

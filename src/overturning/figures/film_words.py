@@ -106,9 +106,8 @@ def station_and_event_text(station: str, event: str) -> str:
 def station_and_event_text_of_cube(record_cube: "xr.Dataset") -> str:
     """Return the station and the earthquake of a cube's only record as text.
 
-    The record's id replaces a missing station name.
-
-    Synthetic records have no station, so that without their ids several pulses would have one name.
+    The record's id replaces a missing station name, so that synthetic pulses, which have no station, have different
+    names.
     """
     record_id, station, event = (
         str(record_cube[name].item()) if name in record_cube.variables else ""
@@ -171,10 +170,10 @@ def panel_heading_of_compared_setting(compared_setting_kind: str, scene_or_varia
     Parameters
     ----------
     compared_setting_kind : str
-        vertical or level (with and without vertical motion), scene, site or recorded (with and without soil), study or
-        variant (any other setting).
+        "vertical" or "level" (with or without vertical motion), "site" or "recorded" (with soil or as recorded),
+        "scene" (two scenes differ), "study" or "variant" (any other difference between study and variant).
     scene_or_variant_name : str
-        Name of the scene or of the variant.
+        Name in the heading, for the kinds "scene", "site" and "variant".
     """
     return _PANEL_HEADING_TEMPLATE_BY_COMPARED_SETTING[compared_setting_kind].format(
         name=scene_or_variant_name.replace("-", " ") if compared_setting_kind == "site" else scene_or_variant_name
@@ -231,12 +230,12 @@ def standing_body_sentence(
 ) -> str:
     """Return a sentence that a 3-D body or stack stands, with its largest tilt, final twist and slip.
 
-    Each value comes with the name of its stone in a stack, or "" for a single body; the name is left out if the value
-    is printed as 0.
+    Each argument is a value and, in a stack, the name of the stone that has it ("" for a single body). The sentence
+    omits the name if the value is printed as 0.0.
     """
 
     def format_value_and_stone_name(value: float, stone_name: str) -> tuple[str, str]:
-        """Return a value with one decimal, and the name of its stone in brackets."""
+        """Return a magnitude with one decimal, and " (stone_name)", or "" without a name or if the value is 0.0."""
         number = f"{abs(value):.1f}"
         return number, f" ({stone_name})" if stone_name and number != "0.0" else ""
 

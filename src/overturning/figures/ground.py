@@ -23,7 +23,7 @@ FrequenciesOrPeriodsAndSpectraByAzimuth = tuple[FloatArray, list[FloatArray]]
 def draw_hodographs(panels: Any, motion: Motion, fault_normal_deg: float = float("nan")) -> None:
     """Draw hodographs (paths seen from above) of a motion, one quantity per panel.
 
-    Three panels show acceleration, velocity and displacement; fewer panels show the last ones of these.
+    Three panels show acceleration, velocity and displacement; two show velocity and displacement, one displacement.
     """
     velocity = integrate(motion.horizontal_components, motion.sampling_interval)
     kinds = (

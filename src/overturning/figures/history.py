@@ -53,7 +53,7 @@ def record_before_and_after_processing_figure(unprocessed_record: Record, proces
     Parameters
     ----------
     unprocessed_record, processed_record : Record
-        The record before and after processing; the same object if nothing was done.
+        The record before and after processing; one and the same object if it was not processed.
     """
     names = [name for name in RECORD_COMPONENT_NAMES if getattr(processed_record, name) is not None]
     wide = len(names) > 2
@@ -126,9 +126,9 @@ def _add_title_and_legend(
 
 
 def _processing_step_lines(processing_steps: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return lines of text on processing steps; a step with a reason is a line of its own, since it is long.
+    """Return lines of text on processing steps: each step with a reason on its own line, others joined in one line.
 
-    The text of such a step is translated as a whole, even if the figure breaks it into several lines.
+    The text of a step with a reason is translated as a whole, even if the figure breaks it into several lines.
     """
     lines: list[str] = []
     alone = True

@@ -62,21 +62,21 @@ def choose_simulate_and_draw_illustrative_cases(
     compared_variant_cube_path: Path | None = None,
     candidate_record_ids: Sequence[str] = (),
 ) -> None:
-    """Choose and simulate the illustrative cases of a study again, and write their films and figures.
+    """Choose illustrative cases of a study, simulate them again, and write their films and figures.
 
     Writes into `output_folder`: ``cases.json`` (title, rule, outcomes, film and figures of each case), and for case K,
-    counted from 1, the strip ``K-strip.svg`` and the figures ``K-response.svg``, ``K-boundary.svg``,
-    ``K-spectra.svg`` and ``K-hodograph.svg``; for a 3-D body ``K-axis.svg`` and ``K-axis-2.svg``.
+    counted from 1, the film strip ``K-strip.svg`` and the figures ``K-response.svg``, ``K-boundary.svg``,
+    ``K-spectra.svg`` and ``K-hodograph.svg`` (2-D), or ``K-axis.svg`` and, for a second panel, ``K-axis-2.svg`` (3-D).
 
     Parameters
     ----------
     cube_path, motion_folder, output_folder : Path
         Cube of the study, folder of its motions, and folder for the results.
     compared_variant_cube_path : Path, optional
-        Cube of the variant with which the study is compared; the first case is then the one that answers which of both
-        makes a block fall, if an outcome differs.
+        Cube of the variant with which the study is compared. If outcomes of the two differ, the first case shows the
+        clearest difference: a block that falls in only one of them, or to opposite sides.
     candidate_record_ids : sequence of str, optional
-        Records among which the cases are chosen, such as those of surveys; not given: all records of the cube.
+        Records among which the cases are chosen, such as those of surveys; by default all records.
     """
     with (
         empty_folder_then_write_list_of_new_files(output_folder),
@@ -135,8 +135,8 @@ def _simulate_and_draw_illustrative_case(
     """Simulate one illustrative case again, and draw its film and figures.
 
     `figure_path_before_kind_and_extension` is the path of the figures without ``-strip.svg`` and so on.
-    `file_by_figure_and_motion` maps the name of a figure of `FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION`, the id of the
-    record and the variant to the file; figures already drawn are copied.
+    `file_by_figure_and_motion` maps (figure name, record id, variant) to the first file of a figure in
+    `FIGURE_NAMES_SHARED_BY_CASES_OF_MOTION`; a later case copies this file. New files are added to the mapping.
     """
     study, one = study_of_cube(cube), cube.isel(record=case.record_index).load()
     record = str(one["record_id"].item())
@@ -248,9 +248,10 @@ def _figure_functions_for_planar_film(
     motion: Motion,
     film_title_and_station_event: tuple[str, str],
 ) -> list[FileSuffixDrawingAltTextAndOptions]:
-    """Return functions that draw the figures of a 2-D film: rotation, overturning boundary, spectra and hodograph.
+    """Return the figures of a 2-D film: response over time, overturning boundary, spectra and hodograph.
 
-    `film_title_and_station_event` are the title of the film, and station and earthquake as text.
+    Each is a tuple of file suffix, drawing function, alternative text and options. `film_title_and_station_event` has
+    the title of the film, and station and earthquake as one text.
     """
     (title, place), normal = film_title_and_station_event, float(record_cube["fault_normal"])
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in trajectories))
@@ -287,10 +288,10 @@ def simulate_block_trajectories(
     azimuths_or_orientations_deg: Sequence[float],
     variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,
 ) -> list["xr.Dataset"]:
-    """Simulate one block of a study's variant for each direction, degrees; return its motion over time.
+    """Simulate one block of a study's variant for each direction, degrees; return one trajectory per direction.
 
-    The trajectories of a scene go on until its stones lie. Height (m) and B/H of the block are those of the study; a
-    variant with another scene has the sizes of its own.
+    The trajectories of a scene go on until fallen stones lie. Height (m) and B/H of the block are those of the study;
+    they are converted to the sizes of the variant's reference stone if the variant has another scene.
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     height, ratio = (np.array([block_parameters[name]]) for name in ("height", "b_over_h"))

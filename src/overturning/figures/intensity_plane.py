@@ -39,9 +39,10 @@ CRITERION_LINE_STYLES: Final = (
 def motion_pga_pgv_ratio_and_block_fall_probability(
     cube: xr.Dataset, pga_and_pgv_dataset: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return PGA (m/s²) and PGV/PGA (s) along each azimuth of each record, and a block's fall probability there.
+    """Return PGA (m/s²), PGV/PGA (s) and one block's fall probability for each azimuth of each record.
 
-    The arrays have shape (n,), without cases of unknown outcome and motions below `MAX_PGA_FROM_ROUNDING_M_S2`.
+    The three arrays have shape (n,). Cases without outcome are left out, and so are motions whose PGA does not exceed
+    `MAX_PGA_FROM_ROUNDING_M_S2`.
     """
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
     planes = default_model_of_same_kind_as_results_cube(cube).fall_probability_and_direction_by_case(block).compute()
@@ -62,7 +63,7 @@ def _draw_outcomes_by_pga_and_pgv_over_pga(
     *,
     draws_published_criteria: bool = True,
 ) -> None:
-    """Draw one block's outcomes over PGA and PGV/PGA, with published overturning criteria and the fitted line."""
+    """Draw one block's outcomes by PGA and PGV/PGA, with published criteria and the line of fitted probability ½."""
     pga, ratio, falls = pga_pgv_over_pga_and_fall_probability
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration_limit(b_over_h))
@@ -108,9 +109,9 @@ def outcomes_by_pga_and_pgv_over_pga_figure(
     """Draw outcomes in the plane of PGA and PGV/PGA, for up to three B/H (columns) and two heights (rows).
 
     A figure for a phone shows the smallest height only. `pga_and_pgv_dataset` has ``pga`` (m/s²) and ``pgv`` (m/s) by
-    record and azimuth. `note_that_sizes_are_of_other_stone` says that the sizes belong to another stone (see
-    `note_if_sizes_are_not_those_of_shown_stone`): it is added to the title, and the criteria, which need the stone's
-    own sizes, are left out.
+    record and azimuth. `note_that_sizes_are_of_other_stone`, from `note_if_sizes_are_not_those_of_shown_stone`, is
+    added to the title; with this note the published criteria are left out, since H and B/H are not those of the stone
+    whose outcomes are shown.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")

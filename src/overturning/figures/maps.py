@@ -132,7 +132,7 @@ def _fall_arrow_length_over_map_width(orientation_cell_edges: FloatArray, b_over
 def fall_map_figure(cube: xr.Dataset, title: str, peak_velocity_by_azimuth: xr.DataArray | None = None) -> Figure:
     """Draw the falls under one record by B/H and azimuth of the motion (2-D) or orientation of the body (3-D).
 
-    `peak_velocity_by_azimuth` by azimuth, m/s, is drawn on a map by azimuth.
+    In 2-D, `peak_velocity_by_azimuth`, m/s, is drawn on the map if given; in 3-D it is not used.
     """
     if default_model_of_same_kind_as_results_cube(cube).is_planar:
         return fall_map_by_azimuth_figure(cube, title, [peak_velocity_by_azimuth])

@@ -60,7 +60,7 @@ class ObservedFallRoseCounts:
     mean_direction_deg, mean_axis_deg : float or None
         Mean direction and mean axis, degrees clockwise from north; None if there is none.
     mean_direction_interval_half_width_deg, mean_axis_interval_half_width_deg : float or None
-        Half the widths of their 95 % intervals; None if there are none.
+        Half-widths of the 95 % intervals of mean direction and mean axis, degrees; None if there is no interval.
     """
 
     name: str
@@ -95,7 +95,7 @@ def observed_fall_roses_figure(roses: Sequence[ObservedFallRoseCounts]) -> Figur
 
 
 def _draw_observed_fall_rose(axes: Any, rose: ObservedFallRoseCounts) -> None:
-    """Draw a rose diagram: sectors with areas proportional to numbers of falls, and mean directions at the rim."""
+    """Draw a rose diagram: sector areas proportional to numbers of falls; mean direction and mean axis at the rim."""
     turn_axes_into_compass(axes, name_distance_pt=13)
     counts = np.asarray(rose.falls_by_sector, np.float64)
     radius, width = np.sqrt(counts), 2.0 * np.pi / counts.size

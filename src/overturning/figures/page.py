@@ -15,7 +15,7 @@ from overturning.translation.texts import ENGLISH, current_language, translate, 
 
 
 def read_template_text(file_name: str, subpackage: str = "figures") -> str:
-    """Return the text of a file in the folder ``templates`` of a subpackage."""
+    """Return the text of a file in the folder ``templates`` of a subpackage of `overturning`."""
     return resources.files("overturning").joinpath(subpackage, "templates", file_name).read_text(encoding="utf-8")
 
 
@@ -33,9 +33,9 @@ def json_for_script(data: Any) -> str:
 
 
 def render_page_template(template_name: str, style_sheet: str, javascript: str, script_data: Any, **more: Any) -> str:
-    """Fill an HTML page template with a style sheet, a script and data; texts in `more` are escaped.
+    """Fill an HTML page template with a style sheet, a script, its data and further template variables (`more`).
 
-    The page loads nothing from the network and is reproducible.
+    Plain texts in `more` are HTML-escaped. The page loads nothing from the network and is reproducible.
     """
     import jinja2
     from markupsafe import Markup
@@ -71,7 +71,7 @@ def film_html_element(
 
 
 def film_page_html(film: Film) -> str:
-    """Return the HTML page of a film, which shows four frames in print."""
+    """Return the HTML page of a film with its player; when printed, it shows four frames instead."""
     from markupsafe import Markup
 
     from overturning.figures.film_strip import film_strip_figure

@@ -72,9 +72,9 @@ class PolarMapPanel:
         Over the full circle, (b_over_h, azimuth): ``towards`` and ``away``, the probabilities of falling towards the
         azimuth and the opposite one, and ``stands``, True if neither the case nor any of its runs falls.
     is_azimuth_simulated : ndarray of bool
-        Azimuths of the cells that were simulated; others fill gaps.
+        For each azimuth of the cells, True if it was simulated; the other azimuths only fill gaps in the circle.
     fault_normal_and_radial_deg : tuple of float
-        Azimuths of the fault normal, and away from the epicentre; NaN if unknown.
+        Azimuth of the fault normal, and azimuth of the direction away from the epicentre; NaN if unknown.
     peak_velocity_by_azimuth : DataArray or None
         Peak velocity by azimuth, m/s.
     """
@@ -97,9 +97,9 @@ def fall_map_by_azimuth_figure(
     """Draw polar maps of the falls by azimuth and B/H: one map per record, height and friction, on one scale.
 
     A cell is grey and hatched if none of its runs falls; otherwise it is white to dark by the probability of falling
-    towards its azimuth. A black line encloses the cells of which half of the runs fall, to whichever side. Nothing is
+    towards its azimuth. A black line encloses the cells of which half of the runs fall, to either side. Nothing is
     drawn where nothing was simulated: a sector is as wide as the grid's step, or 5° wide for a single plane (one
-    azimuth, or two opposite ones), which has no step. What all panels share, of height and friction, stands once above
+    azimuth, or two opposite ones), which has no step. A height or friction that all panels share is written once above
     them.
 
     Parameters
@@ -163,9 +163,9 @@ def fall_map_by_azimuth_figure(
 
 
 def _panel_title(parts: Sequence[str], max_letters_per_line: int) -> str:
-    """Return the title of a panel in lines of limited length, from record, friction and height, as far as they differ.
+    """Return the title of a polar map in lines of limited length, from its parts: record, friction and height.
 
-    Quantities stay in one line: a text that is broken within a quantity could not be translated.
+    Quantities such as "H = 0.6 m" stay in one line, since a text broken within a quantity could not be translated.
     """
     title = ", ".join(parts)
     if len(title) <= max_letters_per_line:

@@ -36,8 +36,8 @@ def draw_record_figures(
     intensity_path : Path
         Intensity measures of all records of the study (NetCDF).
     output_folder : Path
-        Receives ``polar/ID`` (map of the block shown first), ``blocks/ID`` (maps of all blocks, if there are several)
-        and ``intensity/ID``.
+        Receives, by record id, ``polar/ID`` (map of falls of the default block), ``blocks/ID`` (maps of all blocks, if
+        there are several) and ``intensity/ID`` (PGA and PGV by azimuth).
     write_figure_files : callable
         Writes a figure in all formats of the study.
     drawn_record_indices : iterable of int, optional
@@ -73,7 +73,7 @@ def draw_record_figures(
 
 
 def second_title_line_with_scene_and_element(cube: xr.Dataset) -> str:
-    """Return scene and element names as a second line of a title, with the line break; "" for the default stone.
+    """Return a line break and the names of scene and shown element, to append to a title; "" for the gravestone scene.
 
     The line also names the element to which H and B/H refer, if that is not the element shown.
     """

@@ -46,11 +46,11 @@ def element_rotation_deg_slip_cm_and_uplift_cm(element_trajectory: xr.Dataset) -
 
 
 def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: str) -> Figure:
-    """Draw ground acceleration, rotation, slip and uplift of 2-D simulations over time, one column each.
+    """Draw ground acceleration, rotation, slip and uplift over time (rows), one column per 2-D simulation.
 
-    All columns have the same scales; the heading of a column is the azimuth of the motion.
-
-    Each free element has a curve, with a legend if there are several, and a dashed line at its critical angle.
+    All columns have the same scales; the heading of a column is the azimuth of the motion and the outcome. Each free
+    element has a curve, with a legend if there are several. Dashed lines mark its critical angle unless that is far
+    above all rotations.
     """
     width = max(min(3.3 * len(trajectories), style.PAGE_WIDTH_INCHES), 4.4, 2.0 * len(trajectories))
     figure, rows = style.create_panel_grid(
@@ -119,7 +119,7 @@ def rotation_slip_and_uplift_figure(trajectories: Sequence[xr.Dataset], title: s
 
 
 def _outcome_label_of_2d_simulation(trajectory: xr.Dataset) -> str:
-    """Return the outcome of a simulation as a short text: "stands", "falls", or the names of the falling elements."""
+    """Return the outcome of a 2-D simulation as text: "no outcome", "stands", "falls", or which elements fall."""
     if not trajectory_has_known_outcome(trajectory):
         return "no outcome"
     free = trajectory_of_free_elements(trajectory)
@@ -152,7 +152,7 @@ def _fall_azimuth_or_largest_tilt_text_in_3d(trajectory: xr.Dataset) -> str:
 def tilt_path_and_hodographs_figure(trajectory: xr.Dataset, motion: Motion, title: str) -> Figure:
     """Draw the tilt of a 3-D body's axis seen from above, and hodographs of ground velocity and displacement.
 
-    Of a stack, the axis is that of the reference element.
+    Of a stack, only the axis of the reference element is drawn.
     """
     if "element" in trajectory.dims:
         trajectory = trajectory.sel(element=trajectory.attrs["reference"])

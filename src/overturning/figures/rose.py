@@ -45,9 +45,9 @@ def draw_fall_rose(
 ) -> None:
     """Draw a rose diagram of fall directions or axes; sector areas are proportional to shares of the falls.
 
-    Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
-    rose of axes is half of a disk, with 0° at its top. The axis ends at radius
-    ``radial_axis_limit_as_root_of_share``, by default at `common_rose_radius_as_root_of_share`.
+    Radii are square roots of shares. The confidence interval of a sector's share runs from a white line to the outer
+    edge of the pale part of the sector. A rose of axes is a half disk with 0° at its top. The outer radius of the rose
+    is ``radial_axis_limit_as_root_of_share``, by default `common_rose_radius_as_root_of_share`.
     """
     turn_axes_into_compass(axes)
     radial_axis_limit_as_root_of_share = radial_axis_limit_as_root_of_share or common_rose_radius_as_root_of_share(rose)
@@ -114,7 +114,7 @@ def _label_fall_axis_angles(axes: Any, is_measured_from_fault_normal: bool) -> N
 def mark_mean_fall_axis(axes: Any, mean_axis_deg: float, interval_half_width_deg: float) -> None:
     """Mark a mean fall axis and its confidence interval at the rim of a rose; draw nothing if the axis is NaN.
 
-    An arc that leaves the half disk at one end enters it at the other.
+    An interval that extends beyond ±90° continues at the other end of the half disk.
     """
     if not np.isfinite(mean_axis_deg):
         return

@@ -52,7 +52,7 @@ TEXT_SIZE_PT: Final = 8.0
 
 
 class StationOnMap(NamedTuple):
-    """Station on a map: its name, coordinates, fault strike, and mean axis of the falls there (degrees).
+    """Station on a map: name, coordinates, fault strike, and mean axis of the falls under its record (degrees).
 
     Azimuths are clockwise from north. NaN stands for an unknown value, or if the falls have no mean axis.
     """
@@ -99,9 +99,10 @@ def local_east_north_km(
 def mappable_earthquakes(cube: xr.Dataset) -> list[EarthquakeMapContent]:
     """Return the earthquakes for which a map can be drawn: an epicentre and a station, or two stations, are known.
 
-    Stations are named by the ids of their records. A station is left out if its place is unknown, or if the record
-    table states it without a source. The axis is the mean axis of `mean_fall_directions_and_axes_by_record`, if the
-    resultant is at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`; the epicentre and the trace are the first known ones.
+    The id of a record names its station. A station is left out if its coordinates are unknown, or if the record table
+    states them without a source. Its fall axis is that of `mean_fall_directions_and_axes_by_record`, or NaN if the
+    resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`. Epicentre and fault trace are those of the first record that
+    has them.
     """
     ids, events = (np.atleast_1d(cube[name].to_numpy()).astype(str) for name in ("record_id", "event"))
     stations, epicentres = (
@@ -155,8 +156,8 @@ def figures_with_several_earthquake_maps(earthquakes: Sequence[EarthquakeMapCont
 def draw_station_and_fall_axis_maps_of_earthquakes(earthquakes: Sequence[EarthquakeMapContent]) -> Figure:
     """Draw a map of each earthquake: stations, epicentre, fault, and arrows along the mean axes of the falls.
 
-    North is up; each panel has its own scale. Raises an `ArgumentError` for a place off the globe, and if there is no
-    site or one without stations.
+    North is up; each panel has its own scale. An `ArgumentError` is raised if no earthquake is given, if one has no
+    stations, or if a latitude or longitude is outside its range.
     """
     if not earthquakes:
         raise ArgumentError("sites: none; give at least one earthquake with a station")
@@ -349,7 +350,7 @@ class StationNameBox(NamedTuple):
     upper_right_corner_pt: Any
 
     def distances_to_points_pt(self, points: Any) -> Any:
-        """Return the distances, pt, of points from the box; 0 for points inside the box."""
+        """Return the distances, pt, of points from the box of a station's name; 0 for points inside the box."""
         return np.hypot(
             *np.clip(np.maximum(self.lower_left_corner_pt - points, points - self.upper_right_corner_pt), 0, None).T
         )
@@ -363,7 +364,7 @@ def _name_placement_cost(
     boxes_of_placed_names: Sequence[StationNameBox],
     panel_limits_pt: Any,
 ) -> float:
-    """Return a penalty for placing a station's name in a box, such as if the box hides lines or other names."""
+    """Return a penalty for a station's name in a box, such as if it hides symbols or another station is nearer."""
     out = float(
         np.clip(
             np.concatenate(

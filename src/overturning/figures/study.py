@@ -91,7 +91,7 @@ def all_records_non_map_figure_functions_by_name(
 
 
 def _draw_earthquake_maps(cube: xr.Dataset, output_folder: Path, write_figure_files: FigureWriterInAllFormats) -> None:
-    """Draw maps of the earthquakes of a study with stations and mean fall axes, and write them into a folder."""
+    """Draw maps of a study's earthquakes, with stations and mean fall axes, and write them into a folder."""
     with empty_folder_then_write_list_of_new_files(output_folder):
         for number, figure in enumerate(figures_with_several_earthquake_maps(mappable_earthquakes(cube)), 1):
             write_figure_files(figure, output_folder / f"{number}")

@@ -128,9 +128,9 @@ def use_package_matplotlib_settings() -> Iterator[None]:
 def indices_and_values_of_minima_and_maxima(
     samples: FloatArray, samples_per_group: int
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of the smallest and largest of each group of successive samples, in order of time.
+    """Return, in order of time, indices and values of the minimum and maximum of each group of successive samples.
 
-    Each group has two values: its minimum and its maximum, in the order of the samples.
+    A group has `samples_per_group` samples; the last group may have fewer.
     """
     padded = np.pad(samples, (0, -samples.size % samples_per_group), mode="edge").reshape(-1, samples_per_group)
     within = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
@@ -145,7 +145,7 @@ def largest_round_number_up_to(upper_limit: float) -> float:
 
 
 def format_at_least_three_significant_digits(value: float) -> str:
-    """Format a number with three significant digits; from 100 on without decimals."""
+    """Format a number with three significant digits, or without decimals if its absolute value is 100 or more."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"
 
 
@@ -218,7 +218,7 @@ def create_panel_grid(
 def add_panel_grid(
     figure: "Figure", row_count: int, column_count: int, visible_count: int | None = None, **more: Any
 ) -> Any:
-    """Add panels to a figure, in the same rows and columns on a phone; return an array of shape (rows, columns).
+    """Add panels to a figure in rows and columns, also on a phone; return them, shape (row_count, column_count).
 
     Only the first `visible_count` panels are visible, by default all. Further keywords go to
     `matplotlib.figure.Figure.subplots`.
@@ -249,7 +249,8 @@ def add_title_and_legend(
 ) -> None:
     """Put a title above a figure and a legend below.
 
-    The legend has `legend_handles_before_panel_marks`, the marks of `labelled_panel`, and `last_legend_handles`.
+    The legend has, in this order, `legend_handles_before_panel_marks`, all labelled lines and symbols of
+    `labelled_panel`, and `last_legend_handles`.
     """
     marks = [
         *legend_handles_before_panel_marks,
@@ -275,7 +276,7 @@ def legend_patch(colour_or_style: Any, label: str) -> Any:
 
 
 def label_axes(axes: Any, x_label: str, y_label: str, ticks_with_small_labels: str = "major") -> None:
-    """Write the axis labels of a panel, and make the labels of its major, minor or both ticks small."""
+    """Label the axes of a panel, and make the labels of its major ticks, minor ticks or both small."""
     axes.set_xlabel(x_label, fontsize=8)
     axes.set_ylabel(y_label, fontsize=8)
     axes.tick_params(labelsize=8, which=ticks_with_small_labels)
@@ -305,7 +306,7 @@ def set_logarithmic_ticks(axis: Any) -> None:
 def label_logarithmic_ticks(axis: Any) -> None:
     """Label the ticks of a logarithmic axis as 0.1, 1, 10; as powers of ten if the axis goes beyond 0.0001 or 100 000.
 
-    Matplotlib would parse a formula for each tick of each figure.
+    The labels replace those of Matplotlib, which are formulas and slow to draw.
     """
 
     def format_tick(tick_position: float, _: int | None = None) -> str:
@@ -319,7 +320,7 @@ def label_logarithmic_ticks(axis: Any) -> None:
 
 
 def draw_line_through_origin(axes: Any, azimuth_deg: float, half_length: float, **look: Any) -> None:
-    """Draw a line through the origin of a map along an azimuth, `half_length` (map units) to both sides."""
+    """Draw a line through the point (0, 0) of a map along an azimuth, `half_length` (map units) to each side."""
     east, north = half_length * np.sin(np.radians(azimuth_deg)), half_length * np.cos(np.radians(azimuth_deg))
     axes.plot([-east, east], [-north, north], color=FAULT_COLOUR, **look)
 
@@ -342,10 +343,9 @@ AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG: Final = 5.0
 
 
 def gap_azimuths_one_step_from_simulated_ones(simulated_azimuths_deg: FloatArray) -> FloatArray:
-    """Return the azimuths, degrees, that lie one grid step inside the ends of each unsimulated range of azimuths.
+    """Return the azimuths, degrees, one grid step inside both ends of each range of azimuths without simulations.
 
-    A single plane (one azimuth, or two opposite ones) has no step; it counts as
-    `AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG`.
+    For a single plane (one azimuth, or two opposite ones) the step is `AZIMUTH_SECTOR_WIDTH_OF_SINGLE_PLANE_DEG`.
     """
     azimuth: FloatArray = np.unique(np.round(np.asarray(simulated_azimuths_deg, dtype=np.float64), 6))
     if np.unique(azimuth % 180.0).size == 1:

@@ -186,7 +186,7 @@ def _mean_direction_marker_style(
 
 
 def _draw_observed_and_computed_fall_shares(axes: Any, drawn_surveys: Sequence[SurveyFigureData]) -> None:
-    """Draw the observed and the computed share of fallen stones with their intervals, two rows per survey."""
+    """Draw for each survey the shares of fallen stones: observed with interval, computed with range over the grid."""
     ticks = []
     for row, survey in enumerate(drawn_surveys):
         for offset, look, estimate, name in (

@@ -21,10 +21,10 @@ _CHARACTERS_NOT_AT_LINE_START: Final = "、。，．・：；！？)）」』]�
 
 
 def translate_svg(svg_text: str, language: str | None = None) -> str:
-    """Translate the visible texts of an SVG file; the default is the language set by `use_translation_language`.
+    """Translate the visible texts of an SVG file, by default into the language set by `use_translation_language`.
 
-    A file that is already in this language is returned unchanged. Positions and alignment stay those of the English
-    texts, and a text of several lines has at most as many lines as before.
+    A file that is already in the target language is returned unchanged. Positions and alignment stay those of the
+    English texts, and a text of several lines has at most as many lines as before.
     """
     language = language or current_language()
     if language == ENGLISH or f'<svg xml:lang="{language}" ' in svg_text:
@@ -58,7 +58,7 @@ class _SvgTextLine(NamedTuple):
 
     @property
     def svg_element(self) -> str:
-        """The line as a ``text`` element of an SVG file."""
+        """SVG element ``text`` with the style, position and letters of the line."""
         attributes = f'style="{self.style_attribute}"{self.other_attributes}'
         return f"{self.indent}<text {attributes}>{escape(self.text, quote=False)}</text>"
 
@@ -101,9 +101,10 @@ def _width_of_line(english_line: _SvgTextLine) -> float:
 
 
 def _anchor_lines_at_start_middle_or_end(lines_of_one_text: list[_SvgTextLine]) -> list[_SvgTextLine]:
-    """Return the lines of a text, each with the position of its start, middle or end, according to the alignment.
+    """Return the lines of a text with the positions of their starts, middles or ends, whichever are aligned.
 
-    A rotated text is centred. Several lines are aligned where their places differ least.
+    A rotated text is anchored at its middle. Otherwise several lines are anchored where their x coordinates differ
+    least. A single horizontal line, and lines that are already centred or right-aligned, stay unchanged.
     """
     starts = [
         one.left_aligned_start_xy_and_rotation_deg
@@ -145,7 +146,7 @@ def character_width_over_font_size(character: str) -> float:
 def break_lines_and_widen_to_max_line_count(
     lines: list[str], max_width_in_font_sizes: float, max_line_count: int
 ) -> list[str]:
-    """Break lines at a width (in font sizes), which is increased until at most `max_line_count` lines result."""
+    """Break lines at a width, in font sizes, which grows by 10 % at a time until `max_line_count` lines are enough."""
     broken = [part for line in lines for part in _break_line_at_width(line, max_width_in_font_sizes)]
     return (
         broken
@@ -160,7 +161,7 @@ def break_text_at_width(text: str, max_width_inches: float, font_size_pt: float)
 
 
 def pad_to_equal_line_count(texts: list[str]) -> tuple[list[str], int]:
-    """Add blank lines to texts until all have as many lines as the longest; return them and this number."""
+    """Add blank lines to texts until all have as many lines as the longest; return the texts and their line count."""
     most = 1 + max(text.count("\n") for text in texts)
     return [text + (most - 1 - text.count("\n")) * "\n " for text in texts], most
 

@@ -44,7 +44,7 @@ class LocatorOfTicksWithinLimits(Locator):
         self.base.set_params(**kwargs)
 
     def nonsingular(self, v0: float, v1: float) -> Any:
-        """Return the limits that the wrapped tick locator gives an axis without data."""
+        """Return the axis limits `v0` and `v1` as the wrapped tick locator adjusts them, such as if they are equal."""
         return self.base.nonsingular(v0, v1)
 
     def view_limits(self, vmin: float, vmax: float) -> Any:
@@ -60,7 +60,7 @@ def limit_ticks_to_axis_range(figure: Figure) -> None:
 
 
 def _replace_locators(axis: Axis) -> None:
-    """Replace the tick locators of an axis by `LocatorOfTicksWithinLimits`, unless their ticks are given one by one."""
+    """Wrap the tick locators of an axis in `LocatorOfTicksWithinLimits`, except a `FixedLocator` or `NullLocator`."""
     kept = LocatorOfTicksWithinLimits, FixedLocator, NullLocator
     if not isinstance(major := axis.get_major_locator(), kept):
         axis.set_major_locator(LocatorOfTicksWithinLimits(major))

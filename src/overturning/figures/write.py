@@ -87,7 +87,7 @@ def save_figure_files(
 
 @contextmanager
 def _collect_characters_without_glyph() -> Iterator[list[str]]:
-    """Context manager: collect the characters that Matplotlib's font lacks in a list, instead of printing warnings."""
+    """Context manager: yield a list, later filled with the characters missing in Matplotlib's font; no warnings."""
     missing: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.filterwarnings("always", message=_MISSING_GLYPH_WARNING_PATTERN)
@@ -112,7 +112,7 @@ def _save_figure_by_typst(
 ) -> None:
     """Write a figure as PDF or PNG, enlarged by `enlargement_factor`, by converting its SVG with the program typst.
 
-    `characters_needing_system_font` are those for which a font of the system is needed, as in the name of a place.
+    `characters_needing_system_font` are characters, as in the name of a place, that only a font of the system has.
     """
     import matplotlib
     import matplotlib.font_manager
@@ -145,9 +145,9 @@ def _save_figure_by_typst(
 
 
 def freeze_layout_and_check_if_text_cut_or_overlaps(figure: "Figure") -> bool:
-    """Return True if a title or legend is cut off at the edge, or if texts overlap; the layout engine is removed.
+    """Remove the layout engine of a figure; return True if a title or legend is cut off at the edge, or texts overlap.
 
-    The panels of the figure then keep their positions.
+    Without the engine, the panels of the figure keep their positions.
     """
     figure.set_layout_engine("none")
     with _collect_characters_without_glyph():
@@ -303,9 +303,9 @@ def write_figure_and_delete_files_in_other_formats(
 def empty_folder_then_write_list_of_new_files(folder: Path) -> Iterator[None]:
     """Context manager: empty a folder, then write a text file with the names of all files made in the folder.
 
-    The number of files is not known in advance, and files of an earlier study must not be taken for those of this one.
-    The list goes into a file next to the folder, ``maps.txt`` for ``maps/``, which
-    `overturning.study.resume.remove_damaged_results_and_fix_future_times` reads.
+    The text file lies next to the folder, such as ``maps.txt`` for ``maps/``. It is read by
+    `overturning.study.resume.remove_damaged_results_and_fix_future_times`, since the number of files is not known in
+    advance. The folder is emptied so that files of an earlier study are not taken for those of this one.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():
@@ -316,15 +316,15 @@ def empty_folder_then_write_list_of_new_files(folder: Path) -> Iterator[None]:
 
 
 def compute_layout_at_first_drawing_or_on_request(figure: "Figure") -> Callable[[], None]:
-    """Make a figure compute its layout only at its first drawing and on request; return the function to request it."""
+    """Make a figure compute its layout only at its first drawing and on request; return a function for requests."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     draw, due = figure.draw, [True]
 
     def compute_layout_if_due_instead_of_drawing(renderer: Any) -> None:
-        """Compute the layout of the figure if it is due, without drawing.
+        """Compute the layout of the figure, without drawing, at the first call and at the next call after a request.
 
-        Draw the figure once Matplotlib has removed the layout engine.
+        If Matplotlib has removed the layout engine, draw the figure instead.
         """
         engine = figure.get_layout_engine()
         if not isinstance(engine, ConstrainedLayoutEngine):  # Matplotlib has removed it: the final drawing

@@ -9,7 +9,7 @@ from typing import Any
 
 
 class _CallableModule(ModuleType):
-    """Module class that makes ``overturning.findings(…)`` call the function `findings` of the module."""
+    """Module class that makes the module `overturning.findings` callable: a call runs its function `findings`."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         from overturning.findings.collect import findings

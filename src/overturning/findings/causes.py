@@ -43,7 +43,7 @@ class LogisticCoefficient(FindingBaseClass):
 
 
 class FallProbabilityFromHalfAfterDoubling(FindingBaseClass):
-    """Probability, with interval, to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles."""
+    """Fall probability, with interval, after a quantity such as PGV doubles, if the probability was 0.5 before."""
 
     doubled_quantity: str
     """Quantity that doubles, the others fixed: "PGA and PGV", "PGV alone", or "size of the block"."""
@@ -92,7 +92,7 @@ class CriterionScore(FindingBaseClass):
 
 
 class SkillDifferenceOfTwoCriteria(FindingBaseClass):
-    """Difference in skill of two criteria among blocks of equal shape: the one listed first minus the other."""
+    """Skill of the criterion listed first minus that of the one listed second, among blocks of equal height and B/H."""
 
     first_criterion: str
     """Name of the criterion that is listed first."""
@@ -103,7 +103,7 @@ class SkillDifferenceOfTwoCriteria(FindingBaseClass):
 
 
 class CriteriaFindings(FindingBaseClass):
-    """Skill of published overturning criteria, and of the best prediction from the block alone (last score)."""
+    """Skill of published overturning criteria; the last score is that of the best prediction from B/H alone."""
 
     scores: list[CriterionScore]
     """Score of each criterion."""
@@ -143,7 +143,7 @@ class PublishedAndComputedBlockOutcome(FindingBaseClass):
 def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
     """Return the report's numbers on the logistic fit of the fall probability to the motion and the block.
 
-    None for 3-D models, or if outcomes and B/H refer to different stones of a scene.
+    None for 3-D models, or if height and B/H are not those of the stone whose outcomes are fitted.
     """
     if (fit := results.logistic_fit) is None:
         return None
@@ -184,7 +184,7 @@ def logistic_fit_findings(results: StudyResults) -> LogisticFitFindings | None:
 def _fall_probability_if_quantity_doubles(
     doubled_quantity: str, coefficient: LogisticCoefficient
 ) -> FallProbabilityFromHalfAfterDoubling | None:
-    """Return the probability to which a fall probability of 0.5 changes if a quantity, such as PGV, doubles.
+    """Return the fall probability after a quantity, such as PGV, doubles, if the probability was 0.5 before.
 
     None if the effect is not significant: the interval of the factor on the odds includes 1.
     """
@@ -208,7 +208,8 @@ def _fall_probability_if_quantity_doubles(
 def skill_of_published_criteria(results: StudyResults) -> CriteriaFindings | None:
     """Compute the skill (hit rate minus false-alarm rate) of published overturning criteria for a study's outcomes.
 
-    None for 3-D models, for elements of several sizes, and if no outcome is known.
+    None for 3-D models, if height and B/H are not those of the stone whose outcomes are shown, or if no outcome is
+    known.
     """
     asked = results.model.is_planar and not note_if_sizes_are_not_those_of_shown_stone(results.reference_element_cube)
     found = score_overturning_criteria(results.reference_element_cube, results.intensity_measures) if asked else None
@@ -251,7 +252,7 @@ def _insignificant_skill_differences(
     skill_lead_by_other_criterion: Mapping[str, Estimate],
     criterion_names_in_listed_order: Sequence[str],
 ) -> list[SkillDifferenceOfTwoCriteria]:
-    """Return the differences in skill between the best criterion and others whose confidence interval includes 0."""
+    """Return those differences in skill between the best and another criterion whose interval includes 0."""
     differences = []
     for other, lead in skill_lead_by_other_criterion.items():
         if lead.excludes_zero:
@@ -294,10 +295,10 @@ def compare_outcomes_with_published(results: StudyResults) -> list[PublishedAndC
 def published_cases_recomputed_by_height_and_friction(
     results: StudyResults, variant_name: str
 ) -> dict[tuple[float, float], tuple[bool | None, ...]]:
-    """Return, by (height, friction), the computed outcomes of the cases whose outcome is published, in their order.
+    """Return, by (height, friction), the computed outcomes of the cases whose outcome is published.
 
-    A published case has a record, azimuth and B/H. An outcome is True if the block overturns, False if it
-    stands, None if it is unknown.
+    The outcomes are in the order of the published cases, each of which has a record, azimuth and B/H. An outcome is
+    True if the block overturns, False if it stands, None if it is unknown.
     """
     cube, ids = results.cube_of_default_element(variant_name), [name.id for name in results.record_ids_and_names]
     # The published cells only: a cube larger than memory is not read.

@@ -66,7 +66,7 @@ def share_of_changed_cases(
 def comparisons_with_second_computations(
     convergence: ConvergenceCheckResult,
 ) -> list[ComparisonWithMoreExactComputation]:
-    """Return how many outcomes change if cases are computed again, for each second computation of the check.
+    """Return how many outcomes, by scene element, change in each second computation of a convergence check.
 
     Second computations use shorter time steps, stiffer contacts, or the exact solution for rigid blocks.
     """

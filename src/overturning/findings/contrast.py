@@ -29,7 +29,7 @@ from overturning.surveys.population import fall_rates_of_stones_with_outcome_in_
 
 
 class VariantContrast(FindingBaseClass):
-    """Comparison of a study with one variant (the study with some settings changed), over cases known in both."""
+    """Comparison of a study with one variant (the study with changed settings), over cases with an outcome in both."""
 
     variant: str
     """Name of the variant."""
@@ -126,8 +126,8 @@ SHARE_OVERTURNED_DESCRIPTION = "share of the cases that overturn"
 def indices_of_records_where_variant_can_differ(results: StudyResults, variant: str) -> NDArray[np.intp]:
     """Return the indices of the records under which outcomes of the study and of its variant `variant` are compared.
 
-    If the variant differs in vertical motion only, records without a vertical component are left out: both cubes have
-    the same cases for them, which show nothing about vertical motion.
+    If the variant differs in vertical motion only, records without a vertical component are left out: their outcomes
+    are the same in the study and the variant.
     """
     every = np.arange(results.reference_element_cube.sizes["record"])
     if names_of_settings_in_which_variants_differ(results.study, NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant) != [
@@ -225,7 +225,7 @@ def _compare_study_with_variant(
 def _estimates_of_overturned_shares(
     record_events: NDArray[np.str_], study_shares: FloatArray, variant_shares: FloatArray
 ) -> tuple[Estimate, Estimate, Estimate]:
-    """Return the mean overturned shares in study and variant, and their mean difference, from shares of each record."""
+    """Return means over earthquakes of overturned shares by record: of study, variant, and study minus variant."""
     difference = mean_over_earthquakes(study_shares - variant_shares, record_events)
     return (
         estimate_from_mean(mean_share_over_earthquakes(study_shares, record_events), SHARE_OVERTURNED_DESCRIPTION),
@@ -237,7 +237,7 @@ def _estimates_of_overturned_shares(
 def _overturned_shares_at_each_b_over_h(
     b_over_h_values: FloatArray, study_and_variant_cubes: tuple[xr.Dataset, xr.Dataset], record_events: NDArray[np.str_]
 ) -> list[OverturnedSharesAtBOverH]:
-    """Return the overturned shares in study and variant at each B/H, from cubes with the same known outcomes."""
+    """Return the overturned shares in study and variant at each B/H; both cubes have outcomes in the same cases."""
     shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in study_and_variant_cubes]
     found = []
     for ratio, one, other in zip(b_over_h_values, *shapes, strict=True):
@@ -265,7 +265,7 @@ def _keep_outcomes_known_in_both(cube: xr.Dataset, other_cube: xr.Dataset) -> tu
 def element_fall_findings(results: StudyResults) -> list[ElementFallSummaryForOneVariant]:
     """Count the falls of each element of the scene, for the study and for each of its variants.
 
-    Empty if all have the same scene of one element.
+    Empty if study and variants all have the same scene, and this has a single element.
     """
     study = results.study
     several = any("element" in cube.dims for cube in results.cubes_by_variant.values())

@@ -170,7 +170,7 @@ class PlanarModelAgreement(FindingBaseClass):
 def _alignment_finding_of_block_selection(
     rule_alignment: FaultNormalAlignmentOfSelectedBlocks, simulated_direction_noun: str, is_rule_used_by_study: bool
 ) -> BlockSelectionFaultNormalAlignment:
-    """Return the mean cos 2Δ of the falls, Δ from the fault normal, over the blocks that one rule selects.
+    """Return the mean cos 2Δ of falls over the blocks that one rule selects, Δ the angle from fault normal to fall.
 
     `simulated_direction_noun`, such as "plane", completes the name of the rule.
     """
@@ -211,7 +211,7 @@ def _plane_azimuths_modulo_180_deg(results: StudyResults) -> FloatArray:
 
 
 def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareInVerticalPlane]:
-    """Return the share of the cases that overturn in each vertical plane of a 2-D study."""
+    """Return, for each vertical plane of a 2-D study, the share of its cases that overturn."""
     falls, planes = overturning_indicator(results.reference_element_cube), _plane_azimuths_modulo_180_deg(results)
     others = [name for name in falls.dims if name != "azimuth"]
     fallen, known = (part.sum(others).compute().to_numpy() for part in (falls, falls.notnull()))
@@ -224,7 +224,10 @@ def _overturned_share_by_plane(results: StudyResults) -> list[OverturnedShareInV
 
 
 def fall_direction_findings(results: StudyResults) -> FallDirectionRelativeToFaultNormal:
-    """Compute the axis of falls relative to the fault normal, and their mean cos 2Δ from it, by group of records."""
+    """Compute, by group of records, the fall axis relative to the fault normal, and the mean cos 2Δ of the falls.
+
+    Δ is the angle from the fault normal to a fall.
+    """
     cube, groups = results.reference_element_cube, []
     lengths, own = (
         results.mean_fall_directions_and_axes_by_record["axis_resultant"].to_numpy(),
@@ -361,7 +364,7 @@ def fall_alignments_with_references(results: StudyResults) -> list[RecordGroupRe
 def planar_model_agreement(results: StudyResults) -> PlanarModelAgreement | None:
     """Return the shares of cases in which 2-D simulations of a body give the outcome of the 3-D model.
 
-    The 2-D simulations are those in the vertical planes of the body's faces; None if there are none.
+    The 2-D simulations are those in the vertical planes normal to the side faces of the body; None if there are none.
     """
     if "plane_overturned" not in results.reference_element_cube:
         return None

@@ -33,7 +33,7 @@ class ElementDisplacementFindings(FindingBaseClass):
 
 
 def final_slip_and_twist_of_standing_elements(results: StudyResults) -> list[ElementDisplacementFindings]:
-    """Summarise final slip and absolute twist of each element over the cases in which it stands, by variant.
+    """Summarise, by variant, slip and absolute twist (rotation about the vertical) of each element where it stands.
 
     Empty for planar models and for studies of a single body, whose rotation is in the finding
     `twist_of_moved_standing_stones`.

@@ -76,7 +76,7 @@ class FinerStepChangeFindingOfRecord(FindingBaseClass):
 class OutcomeChangesInConvergenceCheck(FindingBaseClass):
     """Shares of the cases whose outcome changes in a more exact computation.
 
-    Second computations use finer steps, stiffer springs, or exact rigid blocks.
+    The convergence check computes cases again with finer steps, stiffer springs, or exact rigid blocks.
     """
 
     result: ConvergenceCheckResult
@@ -154,7 +154,7 @@ def _records_with_unusually_many_outcome_changes(
 
 
 def final_twist_findings(results: StudyResults) -> FinalTwistOfMovedStandingStones | None:
-    """Summarise the final rotation about the vertical, degrees, of standing 3-D bodies; None for 2-D models and stacks.
+    """Summarise the rotation about the vertical, degrees, of bodies that moved and stand; None in 2-D and for stacks.
 
     The findings `element_displacements` have the rotations of the stones of a stack.
     """
@@ -184,7 +184,7 @@ def ensemble_findings(results: StudyResults) -> EnsembleDisagreementFindings | N
     sums = found.drop_vars(("fewest", "most")).sum()
 
     def ratio_of_sums_over_records(numerator_count_name: str, denominator_count_name: str) -> float:
-        """Return the ratio of two counts, each summed over all records."""
+        """Return the ratio of two counts, given by name and summed over all records; NaN if the second sum is 0."""
         return (
             float(sums[numerator_count_name]) / float(sums[denominator_count_name])
             if float(sums[denominator_count_name])
@@ -207,10 +207,10 @@ def ensemble_findings(results: StudyResults) -> EnsembleDisagreementFindings | N
 def count_cases_with_disagreeing_runs_by_record(
     model: Model, ensemble_settings: EnsembleSettings, cube: xr.Dataset
 ) -> xr.Dataset:
-    """Count by record the cases (all, with runs, with disagreeing runs, with falls to both sides) and ensemble runs.
+    """Count by record the ensemble runs and the cases: all, with runs, with disagreeing runs, with falls to both sides.
 
-    Runs are slightly changed repetitions of a case. Disagreement is estimated for the cases
-    ``with_first_batch``, in which at least as many runs as those of the first batch have an outcome.
+    Runs are slightly changed repetitions of a case. Disagreement is estimated for the cases ``with_first_batch``, in
+    which no fewer runs have an outcome than the first batch contains.
     """
     found, half = (
         model.ensemble_fall_shares_by_side_and_case(cube),
@@ -219,7 +219,7 @@ def count_cases_with_disagreeing_runs_by_record(
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
     def unbiased_first_batch_statistic_by_case(run_statistic: RunCountStatistic) -> xr.DataArray:
-        """Return an unbiased estimate, for each case, of a statistic of the first batch of its runs."""
+        """Estimate, for each case, a statistic of the first batch of its runs, unbiased by early stopping of runs."""
         return run.copy(
             data=average_first_batch_statistic_over_run_orders(
                 run_statistic, found["towards"], found["away"], members.fillna(0), ensemble_settings

@@ -47,7 +47,7 @@ class StoneHeightOrWidthRange(FindingBaseClass):
 
 
 class InferredMotionOfSite(FindingBaseClass):
-    """Axis and strength of the ground motion that are inferred from the stones of one site of a survey by itself."""
+    """Axis and strength of the ground motion inferred from the stones of one survey site alone."""
 
     site: str
     """Name of the site; empty for stones without one."""
@@ -135,7 +135,7 @@ def inferred_motion_findings(
 ) -> InferredMotionOfSurvey:
     """Return the report's numbers on the ground motion that is inferred from a survey.
 
-    `stones` are the stones of the survey; stones without sizes are counted. Pass an empty list if they are unknown.
+    `stones` are the stones of the survey, of which those without height or B/H are counted; empty if they are unknown.
     """
     one = inversion_result.posterior
     middle, width = inversion_result.credible_axis_arc_middle_and_width_deg

@@ -63,9 +63,10 @@ def _text_lines_of_field_value(field_value: Any, field_label_with_parents: str) 
 
 
 def _distinct_entry_labels(list_entries: Sequence[BaseModel]) -> list[str]:
-    """Return a label for each list entry: its first name field that differs between all entries, or all fields.
+    """Return a label for each list entry: its value of the first name field in which all entries differ.
 
-    Entries with the same names in all name fields are numbered.
+    Name fields are `_ENTRY_LABEL_FIELDS`. If no field differs between all entries, a label joins the values of all
+    these fields; labels are numbered if some are still equal.
     """
     columns = [[getattr(one, name, None) for one in list_entries] for name in _ENTRY_LABEL_FIELDS]
     texts = [["" if value is None else _format_value(value) for value in column] for column in columns]

@@ -115,7 +115,7 @@ def observed_survey_findings(survey_summary: SurveySummary) -> ObservedSurveyFin
 
 
 def observed_stone_share_with_interval(matching_stone_count: int, stone_count: int) -> ObservedStoneShare:
-    """Return `matching_stone_count`/`stone_count`, a share of stones, with its exact 95 % interval; None for 0/0."""
+    """Return the share `matching_stone_count`/`stone_count`, None without stones, with its exact 95 % interval."""
     low, high = exact_share_interval(matching_stone_count, stone_count)
     return ObservedStoneShare(value=matching_stone_count / stone_count if stone_count else None, low=low, high=high)
 

@@ -34,7 +34,8 @@ from overturning.surveys.stored_comparison import read_survey_comparison
 def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
     """Return a line naming the parts of the findings that are empty because the cube has no study.yaml next to it.
 
-    It is "" if there is a study.yaml. The cube of a run stores neither `STUDY_KEYS_NOT_AFFECTING_CUBE` nor surveys.
+    The line is "" if the study.yaml is there or nothing is empty. A cube stores neither the settings
+    `STUDY_KEYS_NOT_AFFECTING_CUBE` nor surveys.
     """
     names = {"question": "the question", "primary": "the primary statistic"}
     names |= {"population": "the population of stones", "surveys": "surveys"}
@@ -49,7 +50,7 @@ def note_on_findings_missing_without_study_file(results: StudyResults) -> str:
 def _check_cube_is_whole_study(cube: xr.Dataset, intensity_measures_by_record: xr.Dataset, cube_path: Path) -> None:
     """Raise a ResultError if a cube is of a variant, or only a part of the cube of its study.
 
-    All records of the intensity measures must be in the cube, since both are combined by position.
+    The cube must have the records of the intensity measures in the same order, since the files are matched by position.
     """
     if (variant := cube.attrs["variant"]) != NAME_OF_STUDY_ITSELF_AMONG_VARIANTS:
         raise ResultError(
@@ -68,17 +69,17 @@ def open_study_results(
     """Open the results cubes, intensity measures, surveys and convergence check in the folder of a study.
 
     `folder_or_cube_path` is the folder, or the cube of the study in it. A `ResultError` is raised if a file is missing,
-    or if the file named is not the whole cube of a study. If the outcomes in a cube were changed after the run, its
-    attribute ``content_sha256`` is the hash of the outcomes as they are.
+    or if the cube is not the whole cube of a study. If the outcomes in a cube were changed after the run, its attribute
+    ``content_sha256`` becomes the hash of the changed outcomes.
 
-    The keys `STUDY_KEYS_NOT_AFFECTING_CUBE` and the surveys are those of `study_with_question_and_surveys`; if it is
-    None, those of the `find_study_with_title_and_figure_settings` of the cube.
+    The settings `STUDY_KEYS_NOT_AFFECTING_CUBE` and the surveys are taken from `study_with_question_and_surveys`; if it
+    is None, from the study that `find_study_with_title_and_figure_settings` returns for the cube.
     """
     cube_path = folder_or_cube_path / "cube.nc" if os.path.isdir(folder_or_cube_path) else folder_or_cube_path
     folder, changed = cube_path.parent, list[str]()
 
     def open_cube_and_note_name_if_outcomes_changed(variant_name: str) -> xr.Dataset:
-        """Open the cube of the study or of a variant; add its name to `changed` if outcomes changed after the run."""
+        """Open the cube of the study or a variant; add its file name to `changed` if outcomes changed after the run."""
         path = cube_path if variant_name == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS else folder / f"cube.{variant_name}.nc"
         outcome_hash = stated_or_computed_hash_of_cube_outcomes(path)
         cube = open_cube_for_reading_by_record(path, element_name=None, motion_amplitude_factor=None)
@@ -89,7 +90,7 @@ def open_study_results(
         return cube
 
     def select_recorded_amplitude(cube: xr.Dataset) -> xr.Dataset:
-        """Select from a cube the cases under motions as recorded, with the amplitude factor 1."""
+        """Return the cases of a cube under motions as recorded, with the amplitude factor 1."""
         return cube.sel(amplitude=1.0, drop=True) if "amplitude" in cube.dims else cube
 
     with ExitStack() as stack:

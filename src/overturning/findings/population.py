@@ -46,7 +46,7 @@ class MotionRecordAndEarthquakeCounts(FindingBaseClass):
 
 
 class ShareOfMotionsWithInterval(FindingBaseClass):
-    """Share of motions that agree with a survey rule, with its 95 % interval over earthquakes."""
+    """Share of motions, such as those with the intensity inferred from falls, with 95 % interval over earthquakes."""
 
     value: OptionalNumberOrInfinity
     """Share."""
@@ -92,7 +92,7 @@ class JmaIntensityFromFallShareRuleCheck(FindingBaseClass):
 class FragilityCurve(FindingBaseClass):
     """Lognormal fragility curve of a class of stones for one intensity measure.
 
-    Values above (below) the range of the data are `inf` (0).
+    A median, or an end of its interval, above (below) the intensities of the data is given as `inf` (0).
     """
 
     stone_class: str
@@ -122,7 +122,7 @@ class FragilityCurve(FindingBaseClass):
 class PopulationFallRateUnderRecord(FindingBaseClass):
     """Share of the stone population that falls under one record at its recorded amplitude, with its interval.
 
-    The interval is that of a sample of as many stones.
+    The interval (Wilson) is that of a sample with as many stones as the population.
     """
 
     record: str
@@ -284,7 +284,10 @@ def _motions_with_fall_rate_in_rule_range(
     mask_of_motions_with_known_rate_and_jma: BoolArray,
     fall_rate_of_free_stones_by_motion: FloatArray,
 ) -> BoolArray:
-    """Return a mask, shape (records, amplitudes), of the motions with a fall rate in the range of a survey rule."""
+    """Return a mask, shape (records, amplitudes), of the motions with a fall rate in the range of a survey rule.
+
+    The rule infers the JMA intensity from the share of stones that fell (fall rate).
+    """
     low, high, *_ = fall_rate_and_jma_range_of_rule
     return (
         mask_of_motions_with_known_rate_and_jma
@@ -301,10 +304,10 @@ def _compare_jma_inferred_from_falls_with_motions(
     mask_of_records_without_vertical_motion: BoolArray,
     earthquake_by_record: StrArray,
 ) -> JmaIntensityFromFallShareRuleCheck:
-    """Compare the JMA intensity that a survey rule infers from fall rates with the intensity of the motions.
+    """Compare the JMA intensity that a survey rule infers from the share of fallen stones with that of the motions.
 
-    Arrays have shape (records, amplitudes); `mask_of_records_without_vertical_motion` and `earthquake_by_record` have
-    shape (records,).
+    The rule is the range of the fall rate, the range of the intensity, and the degree inferred. Arrays have shape
+    (records, amplitudes); `mask_of_records_without_vertical_motion` and `earthquake_by_record` have shape (records,).
     """
     low, high, least, most, text = fall_rate_and_jma_range_of_rule
     selected = _motions_with_fall_rate_in_rule_range(
@@ -365,10 +368,9 @@ def _count_motions_records_and_earthquakes(
 def share_of_compared_motions_with_interval(
     mask_of_agreeing_motions: BoolArray, mask_of_all_compared_motions: BoolArray, earthquake_by_record: StrArray
 ) -> ShareOfMotionsWithInterval:
-    """Return the share of the compared motions that agree with a published survey rule, and its 95 % interval.
+    """Return the share of the compared motions that agree with a survey rule, and its 95 % interval over earthquakes.
 
-    Both masks have shape (records, amplitudes). The rule infers
-    the JMA intensity from the share of fallen stones. The interval is over earthquakes.
+    The rule infers the JMA intensity from the share of fallen stones. The masks have shape (records, amplitudes).
     """
     records = mask_of_all_compared_motions.any(axis=1)
     names, member = np.unique(earthquake_by_record[records], return_inverse=True)

@@ -67,9 +67,9 @@ def compare_peaks_with_published(results: StudyResults) -> list[PublishedPeakCom
 
 
 def count_fully_agreeing_published_blocks_by_variant(results: StudyResults) -> list[BlockCountAgreeingWithPublished]:
-    """Count, for each variant, the blocks (height and friction) whose outcomes all agree with published ones.
+    """Count, for each variant, the blocks whose outcomes all agree with published ones.
 
-    A block is a height and friction.
+    A block is a pair of height and friction coefficient.
     """
     wanted = tuple(row.overturns for row in results.study.published)
     rows = []

@@ -34,8 +34,8 @@ class FallSharesByBaseRelief(FindingBaseClass):
 def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> FallSharesByBaseRelief | None:
     """Compute the share of the variance of falls within ensembles that is due to the relief of a scanned stone's base.
 
-    The relief is the height above the lowest point of the base up to which its points bear load. None unless it varies
-    between the runs of an ensemble.
+    The relief is the height above the lowest point of the base up to which its points bear load. The result is
+    None unless the relief varies between the runs of an ensemble.
     """
     relief = results.study.ensemble.relief
     if relief is None or _LOW not in results.reference_element_cube:
@@ -57,10 +57,10 @@ def share_of_fall_variance_due_to_base_relief(results: StudyResults) -> FallShar
 
 
 def _sum_falls_for_low_and_high_base_relief(cube: xr.Dataset) -> xr.Dataset:
-    """Return, by record, sums over cases with ensemble runs: number, fall shares and variances of the outcome.
+    """Return, for each record, sums over its cases with ensemble runs, to compare runs of low and high base relief.
 
-    The fall shares ``low`` and ``high`` are of the runs with the lower and with the higher half of the reliefs; the
-    variances are ``between`` these halves and ``total``.
+    Variables: number of cases ``cells``; fall shares ``low`` and ``high`` of the runs with a relief in the lower and
+    in the upper half of its range; variances of the outcome, ``between`` these halves and ``total``.
     """
     low, high, members = (cube[name].astype("float64") for name in (_LOW, _HIGH, "members"))
     over = [name for name in low.dims if name != "record"]
@@ -81,10 +81,10 @@ def estimate_variance_between_run_halves_and_total(
     high_relief_half_fall_share_by_case: FloatArray,
     run_count_of_both_halves_by_case: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Estimate the variance of an outcome (0 or 1) between two equally large halves of the runs, and in total.
+    """Estimate the variance of an outcome (0 or 1) between the low- and high-relief half of the runs, and in total.
 
-    Both estimates are unbiased: the variance between observed shares exceeds that between the halves by the sampling
-    variance of the shares.
+    Both halves have equal numbers of runs. The estimates are unbiased: the sampling variance of the observed fall
+    shares is removed.
 
     Parameters
     ----------

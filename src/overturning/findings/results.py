@@ -51,22 +51,22 @@ class StudyResults:
     study : Study
         The study.
     reference_element_cube : xarray.Dataset
-        Its cube, of the reference element of its scene; read one record at a time.
+        Results cube of the reference element of the study's scene; read one record at a time.
     cubes_by_variant : dict of xarray.Dataset
-        Cubes of all elements, of the study itself and of its variants, by name; read one record at a time.
+        Cubes with all elements, by name of the variant or of the study itself; read one record at a time.
     other_amplitudes_cube : xarray.Dataset or None
         Cube like `reference_element_cube` at the other amplitude factors of the study, over ``amplitude``; None if
         the study has one factor.
     intensity_measures : xarray.Dataset
-        Intensity measures.
+        Intensity measures of the records.
     convergence : ConvergenceCheckResult or None
-        Result of its convergence check; None if the study has none.
+        Result of the study's convergence check; None if the study has none.
     survey_comparisons : tuple of StoredSurveyComparison
-        Comparisons of surveys of stones with its predictions; empty for a 3-D study.
+        Comparisons of surveys of stones with the study's predictions; empty for a 3-D study.
     survey_displacement_comparisons : tuple of StoredDisplacementComparison
         Comparisons of the displacements in surveys with those of a 3-D study; empty for a 2-D study.
     population_rates_by_variant : dict of xarray.Dataset
-        Fall rates of the study's population, by the names of the cubes; empty if it has none.
+        Fall rates of the study's stone population, keyed as `cubes_by_variant`; empty without a population.
     inferred_motions : tuple of SurveyInversionResult
         Motions inferred from the surveys with the key `backwards`.
     results_folder : Path
@@ -122,12 +122,12 @@ class StudyResults:
 
     @cached_property
     def simulated_azimuths_impose_fall_axis(self) -> bool:
-        """True if the fall axis is imposed by simulating only one vertical plane or a sector of azimuths."""
+        """True if falls have an axis only because one vertical plane or a sector of azimuths was simulated."""
         return azimuths_in_results_bias_mean_fall_axis(self.reference_element_cube)
 
     @cached_property
     def logistic_fit(self) -> LogisticFit | None:
-        """Logistic fit of the fall probability; None in 3-D, or if outcomes and B/H are of different stones."""
+        """Logistic fit of the fall probability; None in 3-D, or if B/H is not that of the stone shown."""
         if not self.model.is_planar or note_if_sizes_are_not_those_of_shown_stone(self.reference_element_cube):
             return None
         return fit_logistic_overturning_model(self.reference_element_cube, self.intensity_measures)
@@ -173,14 +173,14 @@ class StudyResults:
     def mean_fall_directions_and_axes_by_record(self) -> xr.Dataset:
         """Mean direction and mean axis of the falls under each record, with their mean resultant lengths.
 
-        Only blocks of `mask_of_blocks_for_direction_statistics` count. All are missing if the simulated planes of the
-        study allow one axis only, or if the axis may reflect only where outcomes are unknown (``is_imposed``).
+        Only blocks of `mask_of_blocks_for_direction_statistics` count. All values are missing if the
+        simulated planes alone impose an axis, and for records whose unknown outcomes may (``is_imposed``).
         """
         return earthquakes.mean_fall_directions_and_axes_by_record(self.reference_element_cube)
 
     @cached_property
     def fall_axes_from_fault_normal_by_record_group(self) -> dict[str, xr.Dataset]:
-        """Mean fall axis of each earthquake relative to its fault normal, by name of the group of records."""
+        """Mean fall axis of each earthquake relative to its fault normal, by record group (such as with a pulse)."""
         return earthquakes.fall_axes_from_fault_normal_by_group(self.reference_element_cube)
 
     @cached_property
@@ -195,7 +195,7 @@ class StudyResults:
 
     @cached_property
     def first_minus_second_record_group_alignment(self) -> MeanOverEarthquakes | None:
-        """Alignment of falls with the fault normal, first minus second group of records; None if there is one group."""
+        """Mean alignment of falls with the fault normal, first minus second record group; None unless there are two."""
         groups = self.fall_axes_from_fault_normal_by_record_group.values()
         return earthquakes.difference_in_mean_alignment_with_fault_normal(*groups) if len(groups) == 2 else None
 
@@ -203,16 +203,16 @@ class StudyResults:
     def fault_normal_alignments_by_record_group(
         self,
     ) -> dict[str, list[alignment_by_rule.FaultNormalAlignmentOfSelectedBlocks]]:
-        """Alignment of falls with the fault normal, for each rule that selects blocks, by name of the group."""
+        """Alignments of falls with the fault normal, one for each block selection rule, by name of the record group."""
         return alignment_by_rule.fault_normal_alignments_by_record_group(self.reference_element_cube)
 
     @cached_property
     def fall_alignments_by_group_and_b_over_h_labels(
         self,
     ) -> tuple[dict[str, reference_directions.MeanFallAlignmentByBOverH], list[str]]:
-        """Alignments of falls with reference directions, by name of the group of records; and labels of B/H ranges.
+        """Alignments of falls with reference directions, by name of the record group; and labels of B/H ranges.
 
-        The first alignment is over all B/H, those after it over the ranges with these labels.
+        The first alignment in each list is over all B/H; the following ones are over the labelled ranges.
         """
         ratio = self.reference_element_cube["b_over_h"].to_numpy()
         count, classes = (
@@ -259,16 +259,16 @@ class StudyResults:
 
     @property
     def any_record_has_fall_axis(self) -> bool:
-        """True if the falls of at least one record have an axis: a resultant that suffices for a mean direction.
+        """True if at least one record has a mean fall axis: a resultant of the doubled axes that is large enough.
 
-        The falls have none if each block falls in every direction or in none.
+        A record has none if each of its blocks falls in every simulated direction or in none.
         """
         resultant = self.mean_fall_directions_and_axes_by_record["axis_resultant"].to_numpy()
         return bool((resultant >= MIN_RESULTANT_WITH_MEAN_DIRECTION).any())
 
     @property
     def ids_of_records_with_fall_axis_due_to_gaps(self) -> list[str]:
-        """Ids of the records whose mean fall axis may reflect only at which azimuths outcomes are unknown."""
+        """Ids of the records whose mean fall axis may be due only to unknown outcomes at some azimuths."""
         imposed = self.mean_fall_directions_and_axes_by_record["is_imposed"].to_numpy()
         return [name.id for name, one in zip(self.record_ids_and_names, imposed, strict=True) if one]
 

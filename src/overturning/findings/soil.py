@@ -54,7 +54,7 @@ FALL_RATE_DESCRIPTION = "share of the stones of a cemetery that fall under the r
 
 
 def population_fall_rates_by_soil_and_amplitude(results: StudyResults) -> list[SoilProfileFallRatesAtAmplitude]:
-    """Compute the fall rates of a stone population by soil and amplitude; empty without soil variant or population."""
+    """Compute a population's fall rates by soil profile and amplitude factor; [] without soil variant or population."""
     sites: dict[str, SoilSite | None] = {NAME_OF_STUDY_ITSELF_AMONG_VARIANTS: None}
     sites |= {name: settings_changed_by_variant(results.study, name).site for name in results.study.variants}
     sites = {
@@ -122,12 +122,12 @@ def notes_on_unconverged_soil_analyses(results: StudyResults) -> list[str]:
 
 
 def notes_on_soil_strain_beyond_curves(results: StudyResults) -> list[str]:
-    """Return a note, "variant, record: components", on each soil-response analysis whose strain exceeds a curve."""
+    """Return a note, "variant, record: components", on each soil-response analysis with strain beyond a soil curve."""
     return _soil_analysis_notes_that_contain(results, STRAIN_BEYOND_CURVE_PHRASE)
 
 
 def _soil_analysis_notes_that_contain(results: StudyResults, note_text: str) -> list[str]:
-    """Return the notes that contain a text, "variant, record: notes", for each soil-response analysis with any."""
+    """Return "variant, record: notes" for each soil-response analysis that has notes containing the text."""
     found = []
     for variant in results.study.variants:
         if settings_changed_by_variant(results.study, variant).site is None:

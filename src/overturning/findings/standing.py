@@ -56,7 +56,7 @@ class StoneClassWithoutFragilityCurve(FindingBaseClass):
 
 
 class SurveyStandingCountsAndAnnualFallRateBound(FindingBaseClass):
-    """Numbers of standing and fallen stones in a survey, and the upper bound of the fall rate that follows."""
+    """Numbers of standing and fallen stones in a survey, and the upper bound of the fall rate that they imply."""
 
     stood: int
     fell: int
@@ -84,14 +84,14 @@ class StoneSurvivalUnderHazardFindings(FindingBaseClass):
 def survival_findings(
     survival: SurvivalProbabilityByStoneClass, survey_stones: Sequence[Stone] | None
 ) -> StoneSurvivalUnderHazardFindings:
-    """Return the report's numbers on the survival of stone classes, and the bound from standing stones.
+    """Return the report's numbers on the survival of stone classes, and the fall-rate bound from standing stones.
 
     `survey_stones` are the stones of a survey; None without a survey.
 
     Raises
     ------
     ResultError
-        If the unit of a hazard curve is doubtful and most falls come from levels beyond the records.
+        If the unit of a hazard curve is doubtful and most falls come from shaking outside the range of the records.
     """
     stood, fell = (sum(one.stone_count for one in survey_stones or () if one.fell is kind) for kind in (False, True))
     bound = upper_bound_of_annual_fall_rate(survival.exposure_time_years) if stood and not fell else math.nan
@@ -144,7 +144,7 @@ def _check_hazard_levels_and_list_unit_warnings(survival: SurvivalProbabilityByS
 def _survival_finding_of_stone_class(
     survival: SurvivalProbabilityByStoneClass, stone_class_index: int, survey_fall_rate_upper_bound_per_year: float
 ) -> StoneClassSurvival:
-    """Return the report's numbers on the survival of one class of stones, with bounds on the hazard."""
+    """Return the report's numbers on the survival of a stone class, and the hazard bound from standing stones."""
     curve, hazard, one = survival.curves_with_standing_probabilities[stone_class_index]
     weaker = annual_fall_rate_below_lowest_hazard_level(curve, hazard)
     counts = weaker > MAX_UNREPORTED_FALL_SHARE_BELOW_FIRST_HAZARD_LEVEL * one.annual_fall_rate_per_stone
@@ -172,7 +172,7 @@ def _survival_finding_of_stone_class(
 def _survey_standing_counts_and_rate_bound(
     standing_stone_count: int, fallen_stone_count: int, survey_fall_rate_upper_bound_per_year: float
 ) -> SurveyStandingCountsAndAnnualFallRateBound:
-    """Return the numbers and the share of standing stones in a survey, with the fall-rate bound that they imply."""
+    """Return the counts and the share of standing stones in a survey, together with the given fall-rate bound."""
     low, high = exact_share_interval(standing_stone_count, standing_stone_count + fallen_stone_count)
     return SurveyStandingCountsAndAnnualFallRateBound(
         stood=standing_stone_count,

@@ -22,7 +22,7 @@ from overturning.units import CM, STANDARD_GRAVITY
 
 
 class ScannedStoneFacts(FindingBaseClass):
-    """Volume, tilt and height of the load-bearing base points of a stone that a study simulates from a scan."""
+    """Volume, tilt and base relief (height up to which base points bear load) of a study's scanned stone."""
 
     volume_m3: float
     """Volume of the stone, m³."""

@@ -33,7 +33,7 @@ class ObservedShareOrMedianWithInterval(FindingBaseClass):
 
 
 class ShareOrMedianWithRangeOverFrictions(FindingBaseClass):
-    """Computed share or median of stones: mean and range over the friction coefficients of the study."""
+    """Computed share or median over a survey's stones: mean and range over the friction coefficients of the study."""
 
     value: OptionalNumberOrInfinity
     """Mean over frictions; None if nothing of the kind was computed."""
@@ -55,7 +55,7 @@ class DisplacementMeasureFinding(FindingBaseClass):
 
 
 class FallDirectionFindingsIn3D(FindingBaseClass):
-    """Observed fall directions of stones, and those in which similar stones of a 3-D study fall."""
+    """Observed fall directions of a survey's stones, and the directions in which similar stones of a 3-D study fall."""
 
     falls_in_known_direction: int
     """Number of stones that fell in a known direction."""
@@ -88,7 +88,7 @@ class FallDirectionFindingsIn3D(FindingBaseClass):
 
 
 class SiteFallAndDisplacementFindings(FindingBaseClass):
-    """Observed and computed falls, shifts and twists of the stones at one survey site, or at all together."""
+    """Observed and computed falls, shifts and twists of the stones at one survey site, or at all sites together."""
 
     site: str
     """Name of the site; empty for stones without one, and for all sites together."""

@@ -45,7 +45,7 @@ class FallShareWithRangeOverHeightsAndFrictions(FindingBaseClass):
 
 
 class SurveySiteSoilAmplification(FindingBaseClass):
-    """Soil layers below a survey site, and the PGA of the record before and after propagation through them."""
+    """Soil layers below a survey site, and the PGA of the record on rock and at the soil surface."""
 
     site: str
     """Name of the site; empty for all sites of the survey that have no layers of their own."""
@@ -204,7 +204,7 @@ def survey_prediction_findings(stored_survey_comparison: StoredSurveyComparison)
         return dict(zip(OCTANTS, stone_counts_in_octant_order, strict=True))
 
     def statistical_test_finding(test_attribute_of_comparison: str) -> StatisticalTestFinding:
-        """Return statistic and p-value of the test in an attribute of the comparison of survey and study."""
+        """Return statistic and p-value of a test, given its attribute name in the comparison of survey and study."""
         one = getattr(found, test_attribute_of_comparison)
         return StatisticalTestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 

@@ -29,7 +29,7 @@ OptionalNumberOrInfinity = Annotated[
 
 
 class FindingBaseClass(BaseModel):
-    """Base class of the parts of a report's results: numbers and names without sentences."""
+    """Base class of a report's findings: immutable groups of numbers and names, without sentences."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 

@@ -26,7 +26,7 @@ from overturning.model.variables import (
 
 @dataclass(frozen=True)
 class InitialState:
-    """Initial position and velocity of a 3-D body that starts in motion or tilted, in axes fixed to its orientation.
+    """Initial position and velocity of a 3-D body that starts moving or tilted, in axes that turn with its orientation.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class InitialState:
 @refuse_unknown_keywords()
 @dataclass(frozen=True)
 class Body(ThreeDimensionalModel):
-    """3-D model of one rigid body on a flat base; its initial orientations have equal weight in statistics.
+    """3-D model of one rigid body on a flat base; statistics weight its initial orientations equally.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Body(ThreeDimensionalModel):
     def height_and_b_over_h_or_defaults(
         self, height: ArrayLike | None, b_over_h: ArrayLike | None
     ) -> tuple[ArrayLike, ArrayLike]:
-        """Return height (m) and B/H of the cases as given; a polyhedron has its own B/H and default height."""
+        """Return the given height (m) and B/H; a polyhedron has a fixed B/H, and a default height if None is given."""
         if self.shape.slenderness_is_parameter:
             if b_over_h is None or height is None:
                 name = "b_over_h" if b_over_h is None else "height"

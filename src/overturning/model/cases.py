@@ -29,11 +29,11 @@ class Cases:
     Parameters
     ----------
     azimuth_deg : array_like
-        Azimuth of the vertical plane, or that the first side of a body in space faces, degrees clockwise from north.
+        Azimuth of the vertical plane (2-D), or that the first side of a 3-D body faces, degrees clockwise from north.
     height : array_like
         H of the model's reference element, m.
     b_over_h : array_like
-        B/H of that element; ignored for a polyhedron, which has its own.
+        B/H of the reference element; ignored for a polyhedron, which has its own.
     friction : array_like
         Friction coefficient μ between the object and its base.
     amplitude : array_like
@@ -97,7 +97,7 @@ class Cases:
 
 
 def check_directions_within_allowed_range(argument_name: str, direction_deg: FloatArray) -> None:
-    """Raise an `ArgumentError` that names an argument if an azimuth or orientation in it is too large to be exact."""
+    """Raise an `ArgumentError` with the argument's name if an azimuth or orientation is too large to be exact."""
     if (far := direction_deg[np.abs(direction_deg) > MAX_DIRECTION_DEG]).size:
         raise ArgumentError(f"{argument_name}: {far[0]:g}; at most {MAX_DIRECTION_DEG:g} degrees, a full turn is 360")
 

@@ -57,7 +57,7 @@ class ContactSettings(StrictModel):
 
     @model_validator(mode="after")
     def _check_damping_and_stiffness(self) -> Self:
-        """Raise a ValueError if two kinds of damping are given, or the stiffness is not positive."""
+        """Raise a ValueError if both a damping ratio and a dashpot are given, or the stiffness is not positive."""
         if self.damping_ratio is not None and self.damping is not None:
             raise ValueError("damping_ratio and damping are both given; keep one")
         if self.stiffness != "auto" and self.stiffness <= 0:
@@ -162,13 +162,13 @@ class VertexContact(StrictModel):
     Parameters
     ----------
     static_penetration : float
-        δ/B, where δ = m g / (n K_n) is the static penetration on n points, see
-        `RigidSolid.assumed_weight_sharing_point_count`, and B is twice the least distance between an edge of
+        δ/B, where δ = m g / (n K_n) is the static penetration if n vertices share the weight
+        (`RigidSolid.assumed_weight_sharing_point_count`), and B is twice the least distance between an edge of
         the base and the point below the centre, at most `MIN_WIDTH_FOR_CONSTANT_PENETRATION_M`.
     stiffness_ratio : float
         K_s/K_n for each of the two tangential springs.
     damping_ratio : float
-        Damping ratio ξ of heave on n points; the dashpot is h = 2 ξ √(K_n m / n).
+        Damping ratio ξ of heave on these n vertices; the dashpot is h = 2 ξ √(K_n m / n).
 
     Raises
     ------
@@ -208,8 +208,8 @@ def check_static_penetration_exceeds_rounding(
     Raises
     ------
     ArgumentError
-        If δ < `MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO` · ε · max(H, largest displacement), with ε the machine
-        epsilon.
+        If δ = m g / (2 K_n) is below `MIN_PENETRATION_TO_ROUNDING_ERROR_RATIO` · ε · max(H, largest displacement),
+        with ε the machine epsilon.
     """
     penetration = STANDARD_GRAVITY / (2.0 * normal_stiffness_per_mass_by_case)
     bound = (

@@ -11,18 +11,18 @@ def fall_flag_and_azimuth_from_planes(
 ) -> tuple[FloatArray, FloatArray]:
     """Return whether a stone falls and the azimuth of the fall, from 2-D simulations in several vertical planes.
 
-    The stone falls if it falls in any plane. If it falls in several, the plane counts in which it passes its
-    tipping angle for good first: from then on it cannot return, so the other edges no longer matter.
+    The stone falls if it falls in any plane. If it falls in several, its azimuth is that of the plane in which it
+    first passes its tipping angle for good: from then on it cannot return, so the other planes no longer matter.
 
-    If the outcome in any plane is missing, the outcome of the stone is missing too: it may have fallen over that edge
-    before.
+    If the outcome in any plane is missing, the outcome of the stone is missing too: it may have fallen in that plane
+    first.
 
     Parameters
     ----------
     fall_flag_by_plane : array_like, shape (planes, …)
         1 if the stone falls in the plane, 0 if it stands, NaN if the outcome is missing.
     last_tipping_time_by_plane : array_like, shape (planes, …)
-        Last time at which it passed its tipping angle, s; ignored for planes in which it stands.
+        Last time at which the stone passed its tipping angle, s; ignored for planes in which it stands.
     fall_azimuth_by_plane_deg : array_like, shape (planes, …)
         Azimuth of the fall in each plane, degrees.
 
@@ -31,8 +31,8 @@ def fall_flag_and_azimuth_from_planes(
     falls : ndarray, shape (…)
         1 (falls), 0 (stands), or NaN if an outcome is missing.
     azimuth : ndarray, shape (…)
-        Azimuth of the fall, degrees. NaN if it does not fall, or falls in several planes and one of their times is
-        missing. If times are equal, the first plane counts.
+        Azimuth of the fall, degrees. NaN if the stone stands, or falls in several planes and one of their times is
+        missing. If times are equal, the first plane decides.
     """
     flags, times = np.asarray(fall_flag_by_plane, np.float64), np.asarray(last_tipping_time_by_plane, np.float64)
     known, falling = np.isfinite(flags).all(axis=0), flags == 1
@@ -50,7 +50,7 @@ def fall_probability_over_each_edge(
 ) -> FloatArray:
     """Return the probability that a stone falls over each of two perpendicular base edges, shape (2, …).
 
-    They are computed from the fall probabilities of 2-D simulations in the two vertical planes across the edges.
+    The result is computed from the fall probabilities of 2-D simulations in the two vertical planes across the edges.
 
     If all probabilities are 0 or 1, the result agrees with `fall_flag_and_azimuth_from_planes`.
 
@@ -59,8 +59,8 @@ def fall_probability_over_each_edge(
     fall_probability_by_plane : ndarray, shape (2, …)
         Probability of falling in each plane; the planes are taken as independent, and no value is missing.
     last_tipping_time_by_plane : ndarray, shape (2, …)
-        Times as in `fall_flag_and_azimuth_from_planes`, s. If one is missing, or they are equal, each edge comes first
-        in proportion to its probability.
+        Times as in `fall_flag_and_azimuth_from_planes`, s. If one is missing, or both are equal, the probability
+        that an edge comes first is proportional to its probability of falling.
 
     Returns
     -------

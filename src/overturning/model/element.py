@@ -48,7 +48,7 @@ class ContactLaw(Contact):
 
     @property
     def contact_without_friction(self) -> Contact:
-        """Springs and dashpots of the contact law between two materials: the law without its friction."""
+        """Springs and dashpots of the contact law between two materials, without its friction."""
         return Contact(**self.model_dump(include={*Contact.model_fields}))
 
 

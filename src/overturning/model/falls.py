@@ -25,9 +25,9 @@ def default_model_of_same_kind_as_results_cube(cube: "xr.Dataset") -> Model:
 def model_from_scene_or_shape(
     model_scene_shape_name_or_side_count: Model | Scene | Shape | str | int | None, scene_becomes_3d_stack: bool = False
 ) -> Model:
-    """Return the model for a scene, the shape of a 3-D body, or None (a single 2-D block).
+    """Return the model of a scene, of a 3-D body with a given shape, or of a single 2-D block (None).
 
-    A scene becomes a 2-D model, or a 3-D stack if `scene_becomes_3d_stack` is true.
+    A model is returned unchanged. A scene becomes a 2-D model, or a 3-D stack if `scene_becomes_3d_stack` is true.
 
     Raises
     ------

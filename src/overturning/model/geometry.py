@@ -74,7 +74,7 @@ class PlacedElement:
 
     @property
     def fall_rotations_to_minus_and_plus_x_rad(self) -> tuple[float, float]:
-        """Rotations to −x and +x (rad) from which the element counts as fallen: of the scene file, or by shape."""
+        """Rotations to −x and +x (rad) from which the element counts as fallen: from scene file, else by shape."""
         asked = self.element.fallen_rotation_deg
         return (
             self.shape.smallest_rotations_to_other_resting_face_rad
@@ -89,7 +89,7 @@ class PlacedElement:
 
 
 class ConvexPiecePairIndices(NamedTuple):
-    """Two convex pieces of elements that can touch: indices of both elements, and of the piece in each element."""
+    """Indices of two convex pieces that can touch: of their elements in the scene, and of each piece in its element."""
 
     first_element_index: int
     second_element_index: int
@@ -99,7 +99,7 @@ class ConvexPiecePairIndices(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactPointGeometry:
-    """Possible contact of two elements: an end of the segment along which their nearest faces overlap."""
+    """Possible contact point of two elements: an end of the segment along which their nearest faces overlap."""
 
     signed_gap: float  # m, negative if the elements overlap; infinite if there is no common segment
     vertex_position: tuple[float, float]  # the vertex, m
@@ -114,10 +114,10 @@ def scale_and_place_elements(
 ) -> list[PlacedElement]:
     """Return the elements of a scene at their positions, for a height (m) and B/H of the reference element.
 
-    All lengths scale with that height, except that the ground (`wide_ground_element_name`) never becomes narrower. B/H
-    changes only the width of the reference element, and with it the depth of an element with a `plan`. Both refer to
-    the reference element before its rotation, so that a rectangle stays a rectangle. Raises an ArgumentError for an
-    invalid polygon.
+    Width, height and position of every element scale with this height, except that the ground
+    (`wide_ground_element_name`) never becomes narrower. B/H changes only the width of the reference element, and its
+    depth if its `plan` is not a rectangle. Height and B/H are those before the rotation of the reference element, so
+    that a rectangle stays a rectangle. Raises an ArgumentError for an invalid polygon.
     """
     own = next(element for element in scene.elements if element.name == scene.size_reference_element_name)
     own_width, own_height = own.unrotated_width_and_height
@@ -158,7 +158,7 @@ def scale_and_place_elements(
 
 
 def wide_ground_element_name(scene: SceneElementsAndMaterials) -> str | None:
-    """Return the name of the ground: a fixed upright rectangle, too wide to slide off, below all others; else None."""
+    """Return the name of the ground: a fixed upright rectangle, too wide to slide off, below all others; or None."""
     free = [item.rotated_unshifted_polygon for item in scene.elements if item.kind == "free"]
     largest = max(max(shape.width, shape.height) for shape in free)
     for one in scene.elements:
@@ -175,7 +175,8 @@ def wide_ground_element_name(scene: SceneElementsAndMaterials) -> str | None:
 def azimuth_period_of_outcome_deg(scene: SceneElementsAndMaterials) -> float:
     """Return the azimuth period of a scene's outcome: 180° if the scene is mirror-symmetric, else 360°.
 
-    180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
+    With mirror symmetry, each element is its own mirror image, so that the outcome at azimuth φ + 180° is exactly the
+    mirror image of that at φ.
     """
     mirror = all(
         item.centre_of_mass_x == 0.0 and item.shape.is_convex_and_mirror_symmetric
@@ -193,9 +194,9 @@ def reference_element_height_and_b_over_h(scene: SceneElementsAndMaterials) -> t
 
 
 def rounded_reference_height_and_b_over_h(scene: SceneElementsAndMaterials) -> tuple[float, float]:
-    """Return the default height (m) and B/H of a scene's reference element, rounded as studies store them.
+    """Return the default height (m) and B/H of a scene's reference element, rounded to ten decimals.
 
-    They are rounded to ten decimals, as studies store sizes, so that a single simulation repeats a cell of a study.
+    Studies store sizes with as many decimals, so that a single simulation exactly repeats a case of a study.
     """
     height, b_over_h = reference_element_height_and_b_over_h(scene)
     return round(height, 10), round(b_over_h, 10)
@@ -204,7 +205,7 @@ def rounded_reference_height_and_b_over_h(scene: SceneElementsAndMaterials) -> t
 def nearest_vertex_distance_from_each_face(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
     """Return, for each face of a convex element, the signed distance (m) of another element's nearest vertex.
 
-    Positive outside.
+    The distance from the line through the face is positive outside the element.
     """
     faces = element.shape.face_geometry_and_contact_flag_table
     points = other_element.vertices_in_scene - np.array([element.centre_of_mass_x, element.centre_of_mass_z])
@@ -242,9 +243,9 @@ def nearest_faces_and_separation(first_element: PlacedElement, second_element: P
 def possible_contact_points_of_elements(
     first_element: PlacedElement, second_element: PlacedElement
 ) -> tuple[ContactPointGeometry, ContactPointGeometry]:
-    """Return both possible contact points of two convex elements: the ends of the overlap of their faces.
+    """Return both possible contact points of two convex elements: the ends of the overlap of their nearest faces.
 
-    At each end, the inner one of the two vertices counts.
+    Each end is at the vertex of one face that lies opposite the other face.
     """
     face_a, face_b, _ = nearest_faces_and_separation(first_element, second_element)
     fa = first_element.shape.face_geometry_and_contact_flag_table[face_a]
@@ -260,7 +261,7 @@ def possible_contact_points_of_elements(
         sign_of_normal_towards_first_element: float,
         one_if_vertex_can_bear_load: float,
     ) -> tuple[float, ContactPointGeometry]:
-        """Return a vertex's position (m) along the opposite face, and the contact point there."""
+        """Return a vertex's position (m) along the opposite face from its middle, and the contact point there."""
         x, z = vertex_from_own_centre + centre_offset_from_opposite_element
         gap = opposite_face_table_row[4] * x + opposite_face_table_row[5] * z - opposite_face_table_row[6]
         along = opposite_face_table_row[4] * z - opposite_face_table_row[5] * x - opposite_face_table_row[7]
@@ -293,7 +294,7 @@ def possible_contact_points_of_elements(
 
 
 def _index_pairs_and_gaps_of_movable_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
-    """Yield both indices and the gap (m) of each pair of scene elements of which at least one can move."""
+    """Yield the indices and the gap (m) of each pair of scene elements of which forces can move at least one."""
     for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
         if not (a.has_prescribed_motion and b.has_prescribed_motion):
             gaps = (
@@ -309,8 +310,8 @@ def _index_pairs_and_gaps_of_movable_elements(placed_elements: list[PlacedElemen
 def convex_piece_pairs_with_movable_element(placed_elements: list[PlacedElement]) -> list[ConvexPiecePairIndices]:
     """Return all pairs of convex pieces of two elements, except pairs in which forces can move neither element.
 
-    Elements of any distance may touch: a stone slides far on smooth ground, and a held wall comes as far as the ground
-    moves.
+    The distance does not matter: a stone can slide far on smooth ground, and a wall held fixed in space can come as
+    near as the ground moves.
     """
     return [
         ConvexPiecePairIndices(i, j, m, n)

@@ -109,7 +109,7 @@ class CaseGrid:
         return replace(self, values_by_dimension=self.values_by_dimension | new_rows)
 
     def broadcast_over_grid(self, values_by_direction_and_aspect: NDArray[Any]) -> NDArray[Any]:
-        """Repeat values by direction and aspect D/B, shape (directions, 1 or aspects), for all cases of the grid."""
+        """Broadcast values by direction and aspect D/B, shape (directions, 1 or aspects), to the shape of the grid."""
         shape = [1] * len(self.dimension_names)
         shape[0] = values_by_direction_and_aspect.shape[0]
         if "aspect" in self.dimension_names:
@@ -131,7 +131,7 @@ class CaseGrid:
         angle_subtracted_from_direction_deg : ndarray or float
             Angle subtracted from the azimuth or orientation of each case, degrees.
         **further_columns
-            Further columns of `Cases`.
+            Further parameters of `Cases`, such as ``amplitude``, by name.
         """
         values = {
             name: self[name][at].astype(np.float64)
@@ -142,7 +142,7 @@ class CaseGrid:
         )
 
     def one_record_cube_dimensions_of_variable(self, variable: OutcomeVariable) -> tuple[str, ...]:
-        """Return the dimension names of an outcome variable in the results of one record: amplitude, grid, element."""
+        """Return an outcome variable's dimensions in one record's results: amplitude, those of the grid, element."""
         before = ("amplitude",) if self.motion_amplitude_factors_if_several else ()
         return (
             *before,
@@ -151,7 +151,7 @@ class CaseGrid:
         )
 
     def one_record_cube_shape_of_variable(self, variable: OutcomeVariable) -> tuple[int, ...]:
-        """Return the shape of an outcome variable in a results dataset, without the dimension of records."""
+        """Return the shape of an outcome variable in the results of one record."""
         sizes = self.values_by_dimension | {
             "element": np.array(self.free_element_names_if_several),
             "amplitude": np.array(self.motion_amplitude_factors_if_several),

@@ -136,7 +136,7 @@ def _parse_mesh_file(path: Path) -> tuple[Any, Any]:
 
 
 def _remove_degenerate_triangles(face_vertex_positions: Any, triangle_vertex_indices: Any) -> Any:
-    """Remove degenerate triangles: with two equal corners, or with corners on one line unless that opens a hole.
+    """Remove triangles with two equal corners, and triangles with all corners on one line unless this opens a hole.
 
     A face with a corner in the middle of an edge may be divided so that one of its triangles lies on a line; without
     that triangle the surface would be open.

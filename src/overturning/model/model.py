@@ -46,7 +46,7 @@ class StoneOutcomesByAmplitudeFactor(NamedTuple):
 class Model(ABC):
     """Abstract base class of the 2-D and 3-D models of an object (block, scene, body or stack) on the ground.
 
-    A subclass must be constructible without arguments, because a cube does not store its parameters.
+    A subclass must be constructible without arguments, because a results cube does not store its parameters.
     """
 
     outcome_variables: ClassVar[tuple[OutcomeVariable, ...]]
@@ -115,7 +115,7 @@ class Model(ABC):
 
     @property
     def outcome_variables_of_2d_runs_in_face_planes(self) -> tuple[OutcomeVariable, ...]:
-        """Variables that a study adds to its results dataset, next to the outcome variables; none by default."""
+        """Outcome variables of additional 2-D simulations in the planes of a body's faces; none by default."""
         return ()
 
     @property
@@ -130,29 +130,29 @@ class Model(ABC):
 
     @property
     def azimuth_period_attribute_in_2d_or_empty(self) -> dict[str, float]:
-        """Attribute ``period`` (degrees) of the azimuth coordinate of a 2-D results dataset; no attribute in 3-D."""
+        """Attribute ``period`` (degrees) of the azimuth coordinate of a 2-D results dataset, by name; empty in 3-D."""
         return {}
 
     def keep_one_friction_if_scene_sets_all(self, grid: CaseGrid) -> CaseGrid:
-        """Return a grid with the first friction only if the scene sets all frictions (equal cases), else unchanged."""
+        """Reduce a grid to its first friction if the scene sets all frictions (equal cases); else keep all."""
         return grid
 
     def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> SimulatedDirectionsForRequestedDirections:
-        """Return, for each direction of a grid, a direction to simulate instead, equivalent by symmetry.
+        """Return, for each direction of a grid, the direction equivalent by symmetry that is simulated instead.
 
         Parameters
         ----------
         grid : CaseGrid
             Cases.
         use_symmetry : bool
-            Use the symmetry of the model; otherwise only a full turn leaves a case unchanged.
+            Use the symmetry of the model; otherwise only directions a full turn apart are equivalent.
 
         Returns
         -------
         SimulatedDirectionsForRequestedDirections
-            Shape (directions, 1) or (directions, aspects).
+            Simulated directions; arrays of shape (directions, 1) or (directions, aspects).
         """
         return first_equivalent_of_each_direction(
             grid.direction_values_deg,
@@ -204,15 +204,15 @@ class Model(ABC):
         cube : Dataset
             Cube with the variables of `variable_names_read_for_fall_probability`, as stored or decoded.
         use_ensemble : bool
-            Use the ensemble members of a cell where they were run; otherwise the nominal outcome.
+            Use the ensemble members of a case where they were run; otherwise the nominal outcome.
 
         Returns
         -------
         Dataset
             ``falls``, the probability of falling; ``direction_cosine``, ``direction_sine``, ``axis_cosine`` and
             ``axis_sine``, expected values of cos φ, sin φ, cos 2φ and sin 2φ of the azimuth φ of the fall, 0 where
-            nothing falls. All are missing where the outcome is missing, and as lazy as the cube. ``weight``: weight of
-            each cell along the direction; the weights sum to 1.
+            nothing falls. All are missing where the outcome is missing, and lazy if the cube is. ``weight``: weight of
+            each direction in means over directions; the weights sum to 1.
         """
 
     @abstractmethod
@@ -222,9 +222,9 @@ class Model(ABC):
         Returns
         -------
         Dataset
-            ``towards`` and ``away``, shares of the members that fall to either side, missing where none was run. In
-            3-D, ``away`` is 0, ``agree`` is True where all members fall, and ``apart`` is True where all fall but in
-            different directions.
+            ``towards`` and ``away``: shares of the runs that fall towards the azimuth and away from it, missing
+            without runs. In 3-D, ``towards`` is the share of all falls and ``away`` is 0; ``agree`` is True where all
+            runs fall, ``apart`` where they all fall but in different directions.
         """
 
     @abstractmethod
@@ -243,7 +243,7 @@ class Model(ABC):
         front_azimuth_by_stone_deg : ndarray, shape (n,)
             Azimuth that the front of each stone faces, degrees.
         grid_indices_by_dimension : dict of ndarray, shape (n,)
-            Positions of each stone along height, B/H and friction.
+            Indices of each stone along height, B/H and friction in the cube.
         """
 
 
@@ -254,7 +254,7 @@ def values_at_grid_indices(
 ) -> dict[str, FloatArray]:
     """Return the values of some variables, by name, at given grid indices in the results dataset of one record.
 
-    Each array has one row per amplitude, and the shape of the positions in the further dimensions.
+    Each array has one row per amplitude; its further dimensions are those of the index arrays.
     """
     several = ["amplitude"] if "amplitude" in one_record_cube.dims else []
     place = (slice(None) if several else None, *grid_indices_by_dimension.values())

@@ -24,17 +24,17 @@ def simplified_convex_hull_vertices(
     max_distance_from_simplified_hull: float,
     always_kept_point_indices: NDArray[np.intp] | None = None,
 ) -> FloatArray:
-    """Simplify the convex hull of points: return few of them, whose hull is smaller by at most a tolerance (m).
+    """Return a few of the given points, whose convex hull is smaller than that of all by at most a tolerance (m).
 
     Parameters
     ----------
     points : ndarray, shape (n, 2) or (n, 3)
         Points, m, that do not lie on one line or in one plane.
     max_distance_from_simplified_hull : float
-        Largest distance of a point from the returned hull, m; 0 for all vertices of the hull. In 3-D, it is larger by
-        `HULL_TOLERANCE_FACTOR_FOR_STEEP_FACETS` for facets that are steeper than 45° or face up.
+        Largest distance of a point from the returned hull, m; 0 for all vertices of the hull. In 3-D, it is
+        multiplied by `HULL_TOLERANCE_FACTOR_FOR_STEEP_FACETS` at facets that are steeper than 45° or face up.
     always_kept_point_indices : ndarray of int, optional
-        Indices of points that are part of the outline in any case.
+        Indices of points that the returned hull always encloses, without tolerance.
 
     Returns
     -------

@@ -51,7 +51,7 @@ def outline_of_joined_pieces(element_name: str, vertices_of_each_piece: Sequence
     element_name : str
         Name of the element, for messages.
     vertices_of_each_piece : sequence of ndarray, shape (n, 2)
-        Convex, counter-clockwise, m; in any order.
+        Vertices of each convex piece, counter-clockwise, m; pieces in any order.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def _first_vertex_as_text(polygon_vertices: FloatArray) -> str:
 
 
 def _separation_along_side_normals(polygon_vertices: FloatArray, other_polygon_vertices: FloatArray) -> float:
-    """Return the largest distance (m) of a polygon beyond a side of another one; negative if no side separates them."""
+    """Return the gap (m) between two convex polygons, the largest across a side of the first; negative: no gap."""
     edge = np.roll(polygon_vertices, -1, axis=0) - polygon_vertices
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other_polygon_vertices @ normal.T).min(axis=0) - (polygon_vertices * normal).sum(axis=1)).max())
@@ -124,7 +124,7 @@ def _separation_along_side_normals(polygon_vertices: FloatArray, other_polygon_v
 def _index_of_known_or_appended_point(
     point: FloatArray, known_points_to_append_to: list[FloatArray], max_coordinate_difference: float
 ) -> int:
-    """Return the index of a known point that equals `point` to within a difference (m); else append `point`."""
+    """Return the index of the known point equal to `point` within a difference (m); append `point` if none is."""
     for number, other in enumerate(known_points_to_append_to):
         if np.abs(point - other).max() <= max_coordinate_difference:
             return number
@@ -205,7 +205,7 @@ def _can_cut_off_triangle(
     triangle_vertex_indices: list[int],
     min_doubled_triangle_area: float,
 ) -> bool:
-    """True if a triangle of consecutive vertices contains no other vertex, so that it can be cut off the outline."""
+    """True if a triangle of successive vertices is counter-clockwise and empty, so that it can be cut off."""
     a, b, c = outline_vertices[triangle_vertex_indices]
     if signed_doubled_triangle_area(a, b, c) <= min_doubled_triangle_area:
         return False
@@ -224,7 +224,7 @@ def _can_cut_off_triangle(
 def _merge_pieces_if_they_share_a_diagonal(
     first_piece_vertex_indices: list[int], second_piece_vertex_indices: list[int]
 ) -> list[int] | None:
-    """Return the vertex indices of two polygon pieces merged at their common diagonal; None if there is none."""
+    """Return the vertex indices of two polygon pieces merged at their common diagonal; None if they have none."""
     for k, first in enumerate(first_piece_vertex_indices):
         second = first_piece_vertex_indices[(k + 1) % len(first_piece_vertex_indices)]
         for m, at in enumerate(second_piece_vertex_indices):

@@ -62,7 +62,7 @@ def distinct_plane_indices(
     Returns
     -------
     ndarray of int
-        Positions; if φ and φ + 180° are one plane and both are given, the one below 180°.
+        Indices in `plane_azimuth_deg`; of two azimuths φ and φ + 180° of one plane, that of the one below 180°.
     """
     azimuth = np.asarray(plane_azimuth_deg, dtype=np.float64)
     planes = np.unique(np.round(azimuth % symmetry_period_deg, 6) % symmetry_period_deg)
@@ -74,7 +74,7 @@ def distinct_plane_indices(
 def mask_of_azimuths_before_gap_and_grid_step(
     plane_azimuth_deg: ArrayLike, symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
 ) -> tuple[NDArray[np.bool_], float]:
-    """Return a mask of the azimuths that a gap in the grid of azimuths follows, and the step of the grid, degrees.
+    """Return a mask of the azimuths just before a gap in the grid of azimuths, and the step of the grid, degrees.
 
     Parameters
     ----------
@@ -86,10 +86,10 @@ def mask_of_azimuths_before_gap_and_grid_step(
     Returns
     -------
     not_computed : ndarray of bool, shape (n,)
-        True where the distance to the next azimuth is at least twice both neighbouring distances and twice the step:
-        at least one azimuth of a regular grid is missing. The last entry is the distance to the first azimuth.
+        True where the distance to the next azimuth is at least twice the distances before and after it, and twice
+        the step: at least one azimuth of a regular grid is missing. After the last azimuth follows the first.
     step : float
-        Median of the distances without gaps, each weighted by its own length, degrees: the step of a regular grid, also
+        Median of the distances other than gaps, weighted by their lengths, degrees: the step of a regular grid, even
         if azimuths were added between its points.
     """
     azimuth = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64), 6)
@@ -110,7 +110,8 @@ def plane_weights_by_azimuth_spacing(
 
     A regular grid gets equal weights; azimuths added between its points share the weight of the azimuths beside them,
     so that a study's extra azimuths do not count twice. The planes next to a gap
-    (`mask_of_azimuths_before_gap_and_grid_step`) represent half a step of it, since the outcome in the gap is unknown.
+    (`mask_of_azimuths_before_gap_and_grid_step`) represent only half a grid step on its side, since the outcome in
+    the gap is unknown.
 
     Parameters
     ----------
@@ -119,7 +120,7 @@ def plane_weights_by_azimuth_spacing(
     symmetry_period_deg : float
         Period of the azimuth, degrees; 360 for shares of the whole circle.
     divide_uncomputed_gaps_between_neighbours : bool
-        Divide each gap between the planes next to it.
+        Let each of the two planes next to a gap represent half of the gap instead.
 
     Returns
     -------
@@ -147,10 +148,10 @@ PLANE_WEIGHT_EQUALITY_TOLERANCE: Final = 1e-9
 def plane_azimuths_alone_impose_fall_axis(plane_azimuth_deg: ArrayLike) -> bool:
     """Return True if the choice of azimuths to simulate already gives falls a mean axis, whatever the motion.
 
-    This is so with a single plane, and with planes so unequally spread over the half circle that falls in all of them
-    alike, each with its weight (`plane_weights_by_azimuth_spacing`), have doubled axes with a resultant above
-    `MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS`. A missing plane of a fine grid is too little for this. The
-    azimuths φ and φ + 180° are one plane, also for scenes without mirror symmetry: they have one axis.
+    This is so with a single plane, and with planes spread unequally over the half circle. The test assumes one fall in
+    each plane, weighted by `plane_weights_by_azimuth_spacing`: the resultant of the doubled axis angles must exceed
+    `MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS`. One missing plane of a fine grid does not suffice. The azimuths
+    φ and φ + 180° are one plane, also for scenes without mirror symmetry: they have one axis.
 
     Parameters
     ----------
@@ -178,9 +179,9 @@ def azimuths_in_results_bias_mean_fall_axis(cube: "xr.Dataset") -> bool:
 def case_weights_by_azimuth_spacing(
     plane_azimuth_deg: ArrayLike, symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG
 ) -> FloatArray:
-    """Return the weight of the cases at each azimuth when shares of all cases are computed; the mean weight is 1.
+    """Return the weight of the cases at each azimuth in shares over all cases; the mean weight is 1.
 
-    The azimuths φ and φ + 180° share the weight of their plane (`plane_weights_by_azimuth_spacing`).
+    Azimuths φ and φ + 180° of one plane share the weight of this plane (`plane_weights_by_azimuth_spacing`).
     All weights of a regular grid round the half or the full circle are exactly 1.
     """
     azimuth = np.asarray(plane_azimuth_deg, dtype=np.float64)
@@ -197,15 +198,15 @@ def fall_probabilities_towards_and_away(cube: "xr.Dataset", *, use_ensemble: boo
     Parameters
     ----------
     cube : Dataset
-        The cube; ``overturned`` as stored or decoded.
+        Results; ``overturned`` as stored or decoded.
     use_ensemble : bool
-        Use the ensemble's probabilities where the cube has them; elsewhere the nominal flag as 0 or 1.
+        Use the ensemble's probabilities where the cube has them; elsewhere 0 or 1 from ``overturned``.
 
     Returns
     -------
     Dataset
-        ``towards``, ``away`` (float32, dimensions of ``overturned``; missing where the outcome is missing), as lazy as
-        the cube.
+        ``towards`` and ``away`` (float32, dimensions of ``overturned``; NaN where the outcome is missing); lazy
+        arrays if those of the cube are lazy.
 
     Raises
     ------
@@ -250,7 +251,7 @@ class PlanarModel(SceneModel):
     @property
     @override
     def case_computing_time_over_that_of_2d_block(self) -> float:
-        """Computing time of a case relative to a single block: 1 for one free element, otherwise 5 per element."""
+        """Computing time of a case over that of a 2-D block: 1 with one free element, otherwise 5 per free element."""
         return 1.0 if len(self.free_element_names) == 1 else 5.0 * len(self.free_element_names)
 
     @property
@@ -278,7 +279,7 @@ class PlanarModel(SceneModel):
 
     @override
     def keep_one_friction_if_scene_sets_all(self, grid: CaseGrid) -> CaseGrid:
-        """Return a grid with the first friction only if the scene sets all frictions (equal cases), else unchanged."""
+        """Return the grid, with its first friction only if the scene sets all frictions: others give equal cases."""
         return (
             grid
             if self.scene.has_contact_with_unset_friction
@@ -289,7 +290,7 @@ class PlanarModel(SceneModel):
     def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> SimulatedDirectionsForRequestedDirections:
-        """Return the azimuth to simulate for each azimuth φ of a grid: φ, or φ + 180° to mirror its outcome."""
+        """Return the azimuth to simulate for each grid azimuth φ: φ, or φ + 180° if its outcome is mirrored."""
         found = super().simulated_direction_for_each_direction(grid, use_symmetry)
         if not use_symmetry:
             return found
@@ -319,7 +320,8 @@ class PlanarModel(SceneModel):
     ) -> dict[str, NDArray[Any]]:
         """Compute, for each case, the shares of ensemble runs that fall towards the motion's azimuth and away from it.
 
-        For each share, the difference between both Sobol scrambles (two independent halves of the runs) is added.
+        The result also has the number of runs with an outcome, ``members``, and for each share the difference between
+        the two Sobol scrambles, which are independent halves of the runs.
         """
         known = fall_flag_by_case_and_member != INT8_MISSING
         counted = known.sum(axis=1)
@@ -383,7 +385,7 @@ class PlanarModel(SceneModel):
         front_azimuth_by_stone_deg: FloatArray,
         grid_indices_by_dimension: dict[str, NDArray[np.intp]],
     ) -> StoneOutcomesByAmplitudeFactor:
-        """Return the outcomes of square stones from 2-D results for the two vertical planes normal to their faces."""
+        """Return the outcomes of square stones, from 2-D results in the two vertical planes normal to their faces."""
         faces = np.stack([front_azimuth_by_stone_deg, front_azimuth_by_stone_deg + 90])
         period = plane_azimuth_period_deg(one_record_cube)
         planes = nearest_simulated_planes(one_record_cube["azimuth"].to_numpy(), faces, period)

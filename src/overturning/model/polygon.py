@@ -70,8 +70,8 @@ class Polygon:
     def smallest_rotations_to_other_resting_face_rad(self) -> tuple[float, float]:
         """Least rotations to −x and +x (rad) after which the polygon can rest on another face; π if it cannot.
 
-        Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the
-        last digit of libm differs between processors.
+        Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. The rotations are
+        rounded because the last digit of libm differs between processors.
         """
         hull = (
             self.vertices_from_whole_polygon_centroid[
@@ -184,10 +184,10 @@ def _convex_pieces_of_polygon(
 ) -> tuple[Polygon, ...]:
     """Divide the outline of a non-convex polygon into convex pieces.
 
-    `has_reflex_end_by_side`, shape (n,), is True for each side that ends in a reflex vertex. A cut may pass through a
-    convex vertex. Only one of the two pieces then has a contact point there, since the corner would otherwise count
-    twice: the piece whose side at this vertex has the outward normal that points further down. At a reflex vertex, each
-    of the two adjacent sides has a contact point at its end.
+    `has_reflex_end_by_side`, shape (n,), is True for each side that ends in a reflex vertex. A cut may end at a convex
+    vertex. Only one of the pieces then has a contact point there, so that the corner does not count twice: the piece
+    with the side, of the two at this vertex, whose outward normal points further down. At a reflex vertex, each of the
+    two sides has a contact point at its end.
     """
     count, turns_in = len(vertices), np.roll(has_reflex_end_by_side, 1)
     try:
@@ -231,7 +231,7 @@ def _vertex_index_pairs_of_loop(vertex_indices_around_polygon: list[int]) -> lis
 
 
 def _side_facing_more_downward(vertices: FloatArray, vertex_index: int) -> tuple[int, int]:
-    """Return the one of a vertex's two adjacent polygon sides whose outward normal points more downward."""
+    """Return, as a vertex index pair, the side of a polygon vertex whose outward normal points further down."""
     count = len(vertices)
     both = [((vertex_index - 1) % count, vertex_index), (vertex_index, (vertex_index + 1) % count)]
 

@@ -18,12 +18,12 @@ DECIMALS_OF_LENGTH_TO_BODY_SIZE_RATIO: Final = 12
 
 
 def solid_from_vertices(vertices: FloatArray) -> RigidSolid:
-    """Return the body that stands on the lowest face of a polyhedron; see `Polyhedron` for parameters and errors."""
+    """Return the rigid body of a convex polyhedron on its lowest face; see `Polyhedron` for vertices and errors."""
     return solid_from_hull(_hull_of_checked_convex_vertices(vertices))
 
 
 def solid_from_hull(hull: ConvexHull, min_resting_tilt_counted_as_fall_rad: float = 0.0) -> RigidSolid:
-    """Return the rigid body with the shape of a convex hull, which stands, as placed, on the hull's lowest face.
+    """Return the rigid body of a convex hull in its given pose, in which it stands on its lowest face.
 
     Parameters
     ----------
@@ -35,7 +35,8 @@ def solid_from_hull(hull: ConvexHull, min_resting_tilt_counted_as_fall_rad: floa
     Raises
     ------
     ArgumentError
-        If it stands on fewer than three vertices, its centre lies outside its base, or too many vertices can touch.
+        If the body has fewer than three base vertices, its centre lies outside its base, or too many vertices can touch
+        the ground.
     """
     size = float(np.ptp(hull.vertices_from_centre_of_mass, axis=0).max())
     bottom = float(hull.vertices_from_centre_of_mass[:, 2].min())
@@ -118,9 +119,9 @@ def hull_with_origin_at_centre_of_mass(
     hull: "scipy.spatial.ConvexHull",
     centre_of_mass_and_inertia_per_mass: tuple[FloatArray, FloatArray] | None = None,
 ) -> ConvexHull:
-    """Return the hull of vertices, shape (n, 3), m, about the centre of mass of a body.
+    """Return a convex hull with vertices, shape (n, 3), m, relative to the centre of mass of the body.
 
-    Centre (3,), m, and inertia per mass (3, 3), m², are those of the hull's own volume if they are not given.
+    The centre (3,), m, and the inertia per mass (3, 3), m², are computed from the hull's volume if they are not given.
     """
     # Qhull does not order the vertices of a triangle; make all anticlockwise seen from outside.
     corners = vertices[hull.simplices]
@@ -142,9 +143,10 @@ def hull_with_origin_at_centre_of_mass(
 def _least_resting_tilt_on_other_faces_and_normals(
     hull: ConvexHull, largest_extent: float, min_resting_tilt_counted_as_fall_rad: float
 ) -> tuple[float, FloatArray]:
-    """Return the least tilt (rad) at which a body can rest on a face other than base and top, and such face normals.
+    """Return the least tilt (rad) at which a body can rest on a face other than base and top; normals of such faces.
 
-    Faces on which it rests at less than `min_resting_tilt_counted_as_fall_rad`, rad, are left out.
+    Faces on which the body rests at a tilt below `min_resting_tilt_counted_as_fall_rad`, rad, are left out. Without any
+    face the tilt is π.
     """
     _, first = np.unique(np.round(hull.outward_triangle_normals, 5), axis=0, return_index=True)
     normals, offsets = hull.outward_triangle_normals[first], hull.plane_distances_from_centre[first]
@@ -168,9 +170,9 @@ def _least_resting_tilt_on_other_faces_and_normals(
 def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt_rad: float) -> NDArray[np.int64]:
     """Return the indices of the vertices that become the body's lowest point at a tilt below `max_tilt_rad`, rad.
 
-    A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides
-    of that polygon are the arcs between the normals of neighbouring triangles. So one of these arcs comes within the
-    tilt of the body's own downward axis.
+    A vertex is lowest while the downward vertical, in the body's axes, lies in the spherical polygon of the normals of
+    the triangles at the vertex. The sides of this polygon are arcs between normals of neighbouring triangles. So a
+    vertex becomes lowest if one of its arcs comes nearer to −z than the tilt.
     """
     n1 = hull.outward_triangle_normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.outward_triangle_normals[hull.triangle_sharing_edge_opposite_each_vertex].reshape(-1, 3)
@@ -186,7 +188,7 @@ def _indices_of_vertices_that_can_touch_ground(hull: ConvexHull, max_tilt_rad: f
 def _max_cosine_to_straight_down_on_arcs(
     unit_normals_at_first_arc_ends: FloatArray, unit_normals_at_second_arc_ends: FloatArray
 ) -> FloatArray:
-    """Return, for m great-circle arcs between unit normals, the largest cosine of the angle to straight down."""
+    """Return, for each great-circle arc between two unit normals, the cosine of its least angle to straight down."""
     ends = np.maximum(-unit_normals_at_first_arc_ends[:, 2], -unit_normals_at_second_arc_ends[:, 2])
     axis = np.cross(unit_normals_at_first_arc_ends, unit_normals_at_second_arc_ends)
     length = np.sqrt(np.sum(axis * axis, axis=1))

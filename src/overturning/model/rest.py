@@ -25,14 +25,14 @@ def mask_of_resting_faces(
     Parameters
     ----------
     face_normals : ndarray, shape (faces, 2) or (faces, 3)
-        Outward unit normals. Faces with the same normal count as one. Where two faces are inclined by less than √(2
-        `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO`) (0.08°), like the triangles of a face with rounded vertices, the body
-        stands on their edge, too.
+        Outward unit normals. Faces with the same normal count as one. If two faces are inclined by less than √(2
+        `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO`) (0.08°), like triangles of one face with rounded vertices, the foot
+        may also lie on their common edge.
     face_distances_from_centre_of_mass : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     largest_extent : float
-        Size of the body, m; a foot closer to an edge than `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO` × size does not
-        carry the body.
+        Largest extent of the body, m. A face does not carry the body if the foot is closer to its edge than
+        `FLATNESS_TOLERANCE_TO_BODY_SIZE_RATIO` × extent.
     slice_of_tested_faces : slice
         Faces to test; default: all.
 

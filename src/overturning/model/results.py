@@ -16,10 +16,10 @@ CASE_COUNTER_NAMES = ("block_steps", "samples_left_out")
 class CaseResults:
     """Outcomes of simulated cases: one array for each outcome variable, such as fall and peak rotation.
 
-    Arrays have the names and types of the variables. Their shape is (n,), or (n, elements) for variables of each
-    element if the scene has several free elements.
+    Arrays have the names and types of the variables. For n cases, their shape is (n,), or (n, elements) for variables
+    of each element if the scene has several free elements.
     Two counters are added: `block_steps`, computed time steps × free elements, and `samples_left_out`, samples that
-    were skipped because the object is at rest. Missing values are −128 and NaN.
+    were skipped because the object is at rest. Missing values are NaN, or −128 in arrays of int8.
     """
 
     def __init__(self, **arrays: NDArray[Any]) -> None:
@@ -48,7 +48,7 @@ class CaseResults:
     def store_outcomes(
         self, case_indices: NDArray[np.int64], outcome_values_by_variable_name: Mapping[str, Any]
     ) -> None:
-        """Store outcomes, arrays by variable name, for the cases `case_indices`; failed cases get missing values."""
+        """Store outcomes of some cases by variable name; overturning is missing for cases not simulated to the end."""
         status = np.asarray(outcome_values_by_variable_name["status"]).astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
             for name, values in outcome_values_by_variable_name.items():

@@ -61,27 +61,28 @@ class RotationToStablePose(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ScannedStone(Shape):
-    """Body with the convex contact outline and the mass properties of a scan, standing on its footprint.
+    """Scanned stone with a convex outline for contact and the scan's mass properties, standing on its footprint.
 
     Parameters
     ----------
     vertices : array_like, shape (n, 3)
-        Points that can touch a flat ground in its stable pose, m: z up, x to the azimuth of its orientation.
+        Points that can touch a flat ground in the stable pose, m: z up, x along the azimuth of the orientation.
     centre_of_mass : array_like, shape (3,)
         Centre of mass of the whole volume in the same axes, m.
     inertia_moments_and_products_per_mass : array_like, shape (6,)
         Moments of inertia about the centre per mass, xx, yy, zz, and products xy, xz, yz (integrals of xy, …), m².
     max_load_bearing_base_point_height_m : float
-        Height above the lowest point up to which the points of the base bear, m.
+        Relief: height above the lowest point up to which points bear load, m. Their convex outline is the footprint.
     name : str
         Name in datasets.
     hull_tolerance_to_size_ratio : float
-        Distance, as a share of the size, by which the outline above the footprint is simplified at least.
+        Tolerance with which the outline above the footprint is simplified, as a share of the stone's size; doubled
+        while too many vertices can touch the ground.
 
     Raises
     ------
     ArgumentError
-        If it cannot stand, its height or relief is out of range, or its mass properties are impossible.
+        If the stone cannot stand, its height or relief is out of range, or its mass properties are impossible.
     """
 
     vertices: ArrayLike
@@ -158,7 +159,7 @@ class ScannedStone(Shape):
                 tolerance *= 2.0
 
     def with_base_relief(self, max_load_bearing_base_point_height_m: float) -> Self:
-        """Return a copy with another relief: the height (m) above its lowest point up to which its points bear load."""
+        """Return a copy with another relief: height (m) above the lowest point up to which points bear load."""
         known: dict[float, Self] = self.__dict__.setdefault(
             "_of_relief", {self.max_load_bearing_base_point_height_m: self}
         )
@@ -181,9 +182,10 @@ class ScannedStone(Shape):
 
 
 def _flatten_footprint_at_lowest_level(points: FloatArray, max_load_bearing_base_point_height_m: float) -> FloatArray:
-    """Lower the footprint (convex outline of the points up to the relief) to the lowest level; keep all higher points.
+    """Replace the load-bearing points of a base by the corners of their convex outline, at the lowest level.
 
-    The result has the corners of the footprint first; shape (n, 3), m.
+    Load-bearing points are at most `max_load_bearing_base_point_height_m` above the lowest one. The result, shape
+    (n, 3), m, has these corners first, then all higher points.
     """
     size = float(np.ptp(points, axis=0).max())
     bottom = float(points[:, 2].min())
@@ -201,11 +203,11 @@ def _flatten_footprint_at_lowest_level(points: FloatArray, max_load_bearing_base
 
 
 def nearest_stable_pose(points: FloatArray, centre_of_mass: FloatArray) -> RotationToStablePose:
-    """Return the stable pose of a body on flat ground that is nearest to the pose of its points.
+    """Return the rotation of a body to the nearest pose in which it is stable on flat ground.
 
     The body can rest on a face of its hull if the foot of its centre of mass lies on that face (see
-    `overturning.model.rest.mask_of_resting_faces`). The nearest such face is the one with the least tilt. Points (n, 3)
-    and centre (3,) are in m, z up.
+    `overturning.model.rest.mask_of_resting_faces`). Of these faces, the one that needs the least tilt is taken. Points
+    (n, 3) and centre (3,) are in m, z up.
 
     Raises
     ------
@@ -249,9 +251,9 @@ def _pose_with_face_down(outward_face_normal: FloatArray) -> RotationToStablePos
 def points_that_can_touch_ground(points: FloatArray) -> FloatArray:
     """Return points of a body that can touch the ground, shape (n, 3): hull vertices and low load-bearing points.
 
-    The relief is the height up to which points of the base bear load, at most `MAX_LOAD_BEARING_BASE_RELIEF_M`. The
-    points are the vertices of the hull (of more than `MAX_HULL_VERTICES_STORED_UNREDUCED`, the extreme ones in as many
-    directions), and the low points that widen the footprint before a hull vertex does.
+    Of more than `MAX_HULL_VERTICES_STORED_UNREDUCED` hull vertices, only those that are extreme in one of as many
+    directions are returned. The low points are less than `MAX_LOAD_BEARING_BASE_RELIEF_M` above the lowest point, and
+    lie, seen from above, outside the convex outline of all lower ones.
     """
     size = float(np.ptp(points, axis=0).max())
     hull = scipy.spatial.ConvexHull(points)
@@ -287,7 +289,7 @@ def _extreme_points_in_spread_directions(points: FloatArray, direction_count: in
 
 
 class ScanResult(NamedTuple):
-    """Stone read from a mesh file, in its stable pose, with its volume and with notes on repairs of the mesh."""
+    """Stone read from a mesh file, in its nearest stable pose, with volume and notes on repairs of the mesh."""
 
     shape: Shape
     volume_m3: float
@@ -322,7 +324,8 @@ def stone_in_nearest_stable_pose_from_surface(
 ) -> ScanResult:
     """Return the stone bounded by a closed surface, rotated to the nearest pose in which it can stand.
 
-    A convex body that stands on a face of its own is a `Polyhedron`, as if its vertices had been given.
+    The stone is a `ScannedStone`. If no relief is given, a convex body that stands on a face as scanned is a
+    `Polyhedron`, unless points just above its base bear load, or it has too many vertices.
 
     Raises
     ------
@@ -361,7 +364,7 @@ def stone_in_nearest_stable_pose_from_surface(
 def _scan_as_convex_polyhedron_if_possible(
     points: FloatArray, mass_properties: MassProperties, stone_name: str
 ) -> Polyhedron | None:
-    """Return a scan as a polyhedron; None if it is not convex, bears load above its base, or has too many vertices."""
+    """Return a scan as a polyhedron; None if not convex, with points just above the base or too many vertices."""
     hull = scipy.spatial.ConvexHull(points)
     if abs(hull.volume - mass_properties.signed_volume) > MAX_HULL_VOLUME_EXCESS_RATIO_OF_CONVEX_BODY * hull.volume:
         return None

@@ -114,7 +114,8 @@ class Scene(StrictModel):
     def can_use_single_block_kernel(self) -> bool:
         """True if the faster kernel can simulate the scene: one upright rectangle on wide driven ground.
 
-        A contact given per metre of depth acts over the smaller depth; that kernel takes the depth of the block.
+        A stiffness or dashpot given per metre of depth acts over the smaller depth of the two elements. The faster
+        kernel uses the depth of the block; this must then not exceed that of the ground.
         """
         if len(self.elements) != 2 or self.gravity != STANDARD_GRAVITY:
             return False
@@ -149,7 +150,7 @@ class Scene(StrictModel):
     def contact_law_of_materials(
         self, material: LowercaseHyphenName, other_material: LowercaseHyphenName
     ) -> ContactLaw:
-        """Return the contact law of two materials; the default law if the file has none."""
+        """Return the contact law of two materials; the default law if the scene has none for them."""
         laws = (law for law in self.contacts if set(law.between) == {material, other_material})
         return next(laws, ContactLaw(between=(material, other_material)))
 

@@ -69,7 +69,7 @@ class RectangularPrism(Shape):
 
 @dataclass(frozen=True)
 class RegularPrism(Shape):
-    """Right prism on a regular polygon with an inscribed circle of diameter B; its first side faces the azimuth."""
+    """Right prism on a regular polygon with inscribed circle of diameter B; its first side faces the orientation."""
 
     sides: int
 
@@ -134,15 +134,15 @@ class Polyhedron(Shape):
     Parameters
     ----------
     vertices : array_like, shape (n, 3)
-        Vertices in its own axes, m: z up, x to the azimuth of its orientation.
+        Vertices in the body's axes, m: z up, x along the azimuth of the orientation.
     name : str
         Name in datasets.
 
     Raises
     ------
     ArgumentError
-        If it is not convex, has no volume, cannot stand, has too many vertices that can touch, or its height is out of
-        range.
+        If the body is not convex, has no volume, cannot stand, has too many vertices that can touch the ground, or its
+        height is out of range.
     """
 
     vertices: ArrayLike
@@ -176,7 +176,7 @@ class Polyhedron(Shape):
 
 
 def shape_from_name_or_sides(name_sides_or_shape: "str | int | Shape", argument_name: str = "model") -> Shape:
-    """Return the shape of a 3-D body for a name ("rectangle", "circle") or number of sides; a shape stays unchanged.
+    """Return the shape for a name ("rectangle", "circle") or number of sides; return a given shape unchanged.
 
     Error messages name the argument `argument_name`.
 
@@ -220,12 +220,12 @@ def _prism_corners_and_edges(base_vertices_from_centre: FloatArray) -> CornersAn
 def orientations_over_symmetry_period_deg(
     orientation_step_deg: float, shape: Shape, depth_over_width: ArrayLike = 1.0
 ) -> FloatArray:
-    """Return equally spaced orientations, degrees, over the longest symmetry period of a body at some aspects D/B.
+    """Return equally spaced orientations, degrees, over a body's symmetry period: the longest of its aspects D/B.
 
     Raises
     ------
     ArgumentError
-        If the step does not divide that period, or there are too many orientations.
+        If the step does not divide the period, or there are too many orientations.
     """
     turns = {
         shape.solid(1.0, 0.5, float(value)).symmetry_period_deg for value in np.atleast_1d(np.asarray(depth_over_width))

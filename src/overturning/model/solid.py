@@ -31,26 +31,26 @@ class RigidSolid:
     Parameters
     ----------
     contact_points_from_centre_of_mass : ndarray, shape (n, 3)
-        Vertices that can touch before it has fallen: first those of the base, anticlockwise from above. For a round
-        body, four points of its rim.
+        Vertices that can touch the ground before the body has fallen: first those of the base, anticlockwise from
+        above. For a round body, four points of its rim.
     base_vertex_count : int
         Number of vertices of the base.
     inertia_per_mass : ndarray, shape (3, 3)
         Moments and negative products of inertia per mass, m².
     least_tilt_to_rest_on_another_face_rad : float
-        Least tilt at which it can rest on another face, rad.
+        Least tilt at which the body can rest on another face than its base, rad.
     resting_face_normals_after_fall : ndarray, shape (faces, 3)
-        Outward normals of the faces on which it can come to rest after a fall, clockwise from above.
+        Outward normals of the faces on which the body can come to rest after a fall, clockwise from above.
     symmetry_period_deg : float
-        Rotation about the vertical after which it coincides with itself, degrees: 360 without symmetry, 0 for a body of
-        revolution.
+        Rotation about the vertical after which the body coincides with itself, degrees: 360 without symmetry, 0 for a
+        body of revolution.
     rim_radius : float
-        Radius of its rim, m; 0 for a body with vertices.
+        Radius of the rim of a round base, m; 0 for a body with vertices.
     point_indices_by_non_base_contact_face : tuple of ndarray of int
-        Indices of the points of each further face that can lie flat on the ground before the body has fallen.
+        Indices of the points of each face, other than the base, that can lie flat on the ground before a fall.
     lean_sector_start_vector_and_min_fall_dot_product : ndarray, shape (sectors, 5)
-        Sectors of the direction of lean, if the tilt of the fall depends on it; empty if
-        `least_tilt_to_rest_on_another_face_rad` holds all around.
+        Sectors of the direction of lean, if the tilt from which the body has fallen depends on this direction; empty
+        if it is `least_tilt_to_rest_on_another_face_rad` in all directions.
         Columns: start of the sector (0 to 4, in quarter turns), a vector in the body's axes (3), and the least dot
         product of that vector with the downward vertical at which the body has fallen.
     """
@@ -86,8 +86,9 @@ class RigidSolid:
     def assumed_weight_sharing_point_count(self) -> int:
         """Number of contact points assumed to share the weight; it sets the spring and dashpot constants.
 
-        2, as in the 2-D model, for a rim or more than `MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY` vertices: while such a
-        body rocks, a single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
+        This is the number of base vertices up to `MAX_BASE_VERTICES_SHARING_WEIGHT_EQUALLY`. With more, or a rim, it is
+        2 as in the 2-D model: such a body rocks on a single point, which is then as stiff and as damped as a corner of
+        the 2-D block.
         """
         return (
             2
@@ -97,9 +98,9 @@ class RigidSolid:
 
     @property
     def lowest_vertex_tolerance_over_base_height_range(self) -> float:
-        """Largest height difference of vertices that count as lowest in a tilted base, over the base's height range.
+        """Height above the lowest vertex of a tilted base up to which vertices count as lowest, over its height range.
 
-        For a regular polygon the lowest vertices are both ends of the edge over which it leans, or a single vertex.
+        In a regular polygon, these are then both ends of the edge over which the base leans, or a single vertex.
         """
         return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base_vertex_count)), 12))
 
@@ -126,7 +127,7 @@ class RigidSolid:
 
     @property
     def b_over_h(self) -> float:
-        """Slenderness: tangent of the tilt α at which the centre of mass is above the nearest base edge."""
+        """Slenderness B/H: tangent of the tilt α at which the centre of mass is above the nearest base edge."""
         return self.min_base_edge_distance_from_centre / self.centre_height
 
     @cached_property

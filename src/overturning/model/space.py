@@ -39,15 +39,20 @@ def case_weight_in_direction_statistics(
 ) -> FloatArray:
     """Return each case's weight in fall-direction statistics: 1 if ensemble runs agree, 0 if falls are random.
 
-    The square of the mean resultant length R of k members (ensemble runs) that fall exceeds that of the directions they
-    are drawn from: without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0
-    where that is negative. It is 1 where fewer than two members fall, because the spread is then unknown.
+    Let R be the mean resultant length of the fall directions of the k members (ensemble runs) that fall. Random
+    directions give k R² = 1 on average. So the weight is √((k R² − 1)/(k − 1)), or 0 where k R² is below 1.
+    The weight is 1 where fewer than two members fall, because the spread is then unknown.
 
-    Parameters ---------- member_fall_share_by_case, mean_northward_fall_component_by_case,
+    Parameters
+    ----------
+    member_fall_share_by_case : array_like
+        ``probability_falls`` of the results; NaN where no member was run.
+    mean_northward_fall_component_by_case : array_like
+        ``fall_north`` of the results: mean cosine of the fall azimuth over all members, 0 for standing ones.
     mean_fall_east_over_all_members_by_case : array_like
-        ``probability_falls``, ``fall_north`` and ``fall_east``; NaN where no member was run.
+        ``fall_east`` of the results: mean sine of the fall azimuth over all members, 0 for standing ones.
     member_count_by_case : array_like
-        Members with an outcome.
+        Number of members with an outcome.
     """
     fell = np.nan_to_num(np.asarray(member_fall_share_by_case, np.float64))
     count = fell * np.asarray(member_count_by_case, np.float64)
@@ -95,7 +100,7 @@ class ThreeDimensionalModel(Model):
         fall_azimuth_by_case_and_member_deg: FloatArray,
         sobol_scramble_of_member: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
-        """Compute the share of each case's ensemble runs that fall, and their mean cosine and sine of azimuth."""
+        """Compute each case's share of ensemble runs that fall, and means of cosine and sine of the fall azimuth."""
         known, fell = fall_flag_by_case_and_member != INT8_MISSING, fall_flag_by_case_and_member == 1
         angle = np.radians(fall_azimuth_by_case_and_member_deg)
         first, second = (
@@ -105,7 +110,7 @@ class ThreeDimensionalModel(Model):
         def mean_over_runs_with_standing_as_zero(
             values_by_case_and_member: Any, selected_member_mask: Any = True
         ) -> FloatArray:
-            """Return each case's mean over the selected ensemble runs with an outcome; a standing stone counts as 0."""
+            """Return each case's mean of values over selected ensemble runs with an outcome; standing counts as 0."""
             count = (known & selected_member_mask).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
             total = np.round(np.where(fell & selected_member_mask, values_by_case_and_member, 0.0), 9).sum(axis=1)
@@ -150,7 +155,8 @@ class ThreeDimensionalModel(Model):
     def ensemble_fall_shares_by_side_and_case(self, cube: "xr.Dataset") -> "xr.Dataset":
         """Return, for each case, the share of its ensemble runs that fall, and whether their fall directions differ.
 
-        Directions differ if they spread by more than 15° about their mean.
+        ``towards`` is the share, ``away`` 0. ``agree`` is True if all runs fall; ``apart``, if moreover their
+        directions spread by more than 15° about their mean.
         """
         import xarray as xr
 

@@ -66,14 +66,14 @@ class Stack(SceneModel, ThreeDimensionalModel):
     Parameters
     ----------
     scene : Scene
-        Scene in which each free element stands on the element before it, with its `depth`.
+        Scene of a ground and of free elements with a `depth`, each of which stands on the element listed before it.
     contact : VertexContact
         Springs and dashpots of the joints.
 
     Raises
     ------
     ArgumentError
-        If the scene is not such a stack.
+        If the scene cannot be simulated as a stack, or an argument has another type.
     """
 
     scene: Scene = field(default_factory=default_stack_scene)
@@ -98,8 +98,8 @@ class Stack(SceneModel, ThreeDimensionalModel):
     def case_computing_time_over_that_of_2d_block(self) -> float:
         """Computing time of a case relative to a 2-D block: the sum over stones of 60 · (base corners / 4)³.
 
-        It grows with the cube of the number of corners of the base; a circle has 16. A base that rolls on many corners
-        needs a short step for each corner that opens or closes, and each step takes longer.
+        A circular base counts as 16 corners. A base that rolls on many corners needs a short step for each corner that
+        opens or closes, and each step takes longer.
         """
         return 60.0 * sum((stone.base_corners_xy_from_centre_of_mass.shape[0] / 4.0) ** 3 for stone in self.stones())
 
@@ -135,7 +135,7 @@ class Stack(SceneModel, ThreeDimensionalModel):
     def simulated_direction_for_each_direction(
         self, grid: CaseGrid, use_symmetry: bool = True
     ) -> SimulatedDirectionsForRequestedDirections:
-        """Return, for each orientation of a grid, an orientation to simulate instead, equivalent by symmetry."""
+        """Return, for each orientation of a grid, the equivalent one to simulate and the rotation from it."""
         period = self._symmetry_periods_of_grid_aspects_deg(grid) if use_symmetry else np.full(1, FULL_TURN_DEG)
         turn = np.floor(grid.direction_values_deg[:, None] / period) * period
         return replace(

@@ -115,10 +115,10 @@ def polygon_side_distances_from_point(polygon_vertices: FloatArray, x_of_point_o
 def _plan_corners_and_inertia_per_mass(
     plan: PlanShape, inscribed_circle_diameter: float, height: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the corners (m) of a circular or polygonal plan, anticlockwise, and its prism's inertia per mass (m²).
+    """Return the corners (m) of a circular or polygonal plan, anticlockwise, and the stone's inertia per mass (m²).
 
-    The first side of a polygon faces +x. A circle becomes the polygon of `POLYGON_SIDES_FOR_CIRCLE` sides with its
-    area, with the inertia of the cylinder.
+    The first side of a polygon faces +x. A circle becomes a regular polygon of `POLYGON_SIDES_FOR_CIRCLE` sides and
+    equal area; the inertia is that of the cylinder.
     """
     shape = Cylinder() if plan == "circle" else RegularPrism(int(plan))
     solid = ring = shape.solid(height, inscribed_circle_diameter / height, 1.0)

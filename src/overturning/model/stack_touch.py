@@ -50,7 +50,7 @@ class TiltAtFurtherContactBeforeTipping(NamedTuple):
 
 
 def lower_faces_touched_before_tipping(stones: list[StackStone]) -> list[TiltAtFurtherContactBeforeTipping]:
-    """Return the further faces below that stones of a stack would touch before they tip, from the lowest stone up.
+    """Return the faces below that stones of a stack, from the lowest up, touch outside their contact before they tip.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def lower_faces_touched_before_tipping(stones: list[StackStone]) -> list[TiltAtF
     Returns
     -------
     list of TiltAtFurtherContactBeforeTipping
-        For each stone and each face below that it meets, the least tilt over all directions and points; the touches of
-        a stone are in the order of their tilts.
+        One entry for each stone and each face that it touches, with the least tilt over all directions of tilt and
+        points of the stone; entries of one stone in the order of tilt.
     """
     level = np.concatenate(
         [[0.0], np.cumsum([stone.centre_height_above_base + stone.upper_face_height_above_centre for stone in stones])]
@@ -130,10 +130,10 @@ def _least_tilt_for_point_to_touch_face(
     edge_distance_by_tilt_direction: FloatArray,
     face: FaceTouchableByTiltingStone,
 ) -> FloatArray:
-    """Return the least tilt (rad) at which one of the points, (n, 3), of a stone touches a face; infinite if none does.
+    """Return, per tilt direction, the least tilt (rad) at which a stone's point touches a face; infinite if none does.
 
-    The shape is (directions,). `horizontal_unit_vector_by_tilt_direction` has the shape (2, directions).
-    `edge_distance_by_tilt_direction`, (directions,), is the distance (m), from the origin of the stack's axes, of the
+    The points have the shape (n, 3), m, and `horizontal_unit_vector_by_tilt_direction` (2, directions).
+    `edge_distance_by_tilt_direction`, (directions,), is the distance (m) from the origin of the stack's axes to the
     edge about which the stone tilts.
     """
     if face.depth_below_base_of_tipping_stone == 0.0:
@@ -165,9 +165,10 @@ def _least_tilt_for_base_to_touch_face_corner(
     face_corners: FloatArray,
     face_depth_below_base: float,
 ) -> FloatArray:
-    """Return the least tilt (rad) at which the base of a stone touches a corner of a face at a depth (m), or infinity.
+    """Return, per tilt direction, the least tilt (rad) at which a stone's base touches a corner of a face, or infinity.
 
-    Shape and directions are those of `_least_tilt_for_point_to_touch_face`.
+    The face is `face_depth_below_base` (m) below the base. For directions and edge distances, see
+    `_least_tilt_for_point_to_touch_face`.
     """
     beyond = face_corners @ horizontal_unit_vector_by_tilt_direction - edge_distance_by_tilt_direction
     # The point of the base that meets the corner, before the tilt.
@@ -187,7 +188,7 @@ def _mask_of_points_inside_polygon(
     polygon_vertices: FloatArray,
     min_distance_from_polygon_sides: float,
 ) -> NDArray[np.bool_]:
-    """Return a mask of points, (n, 2, directions), inside an anticlockwise polygon by more than a distance (m)."""
+    """Return a mask (n, directions) of points (n, 2, directions) inside an anticlockwise polygon by a distance (m)."""
     inside = np.ones(
         (len(touch_place_xy_by_point_and_tilt_direction), touch_place_xy_by_point_and_tilt_direction.shape[2]),
         np.bool_,
@@ -206,11 +207,11 @@ def _surface_points_to_test_for_contact(
 ) -> FloatArray:
     """Return points on the surface of a stone, to test for contact with faces below, shape (n, 3), m.
 
-    Coordinates are the horizontal position and the height above the base of the stone.
+    Coordinates are the horizontal position (2) in the axes of the stack, and the height above the base of the stone.
 
-    For an extruded outline the points divide each side of the outline, and the depth, into equal parts. For a prism on
-    a polygon, whose lowest points are those of its base, they divide each side of the base, and the radius, into equal
-    parts. All vertices are among them.
+    For an extruded outline, the points divide each side of the outline, and the depth, into equal parts. For a prism on
+    a polygon, the points are those of the base, since these are lowest: they divide each side, and the radius, into
+    equal parts. All vertices of the outline or the base are included.
     """
     ring = (
         stone.outline_xz_from_centre_of_mass

@@ -20,7 +20,7 @@ from overturning.model.geometry import (
 
 
 class TouchingContactPoint(NamedTuple):
-    """Contact point at which two elements touch: index of the piece pair, number of the point, and geometry."""
+    """Contact point at which two elements touch: indices of the convex-piece pair and the point, and geometry."""
 
     piece_pair_index: int
     point_index_in_pair: int  # 0 or 1

@@ -58,7 +58,7 @@ def _six_times_signed_volumes(triangle_corners: FloatArray) -> FloatArray:
 def mass_properties_inside_surface(triangle_corners: FloatArray) -> MassProperties:
     """Compute the mass properties of the body inside a closed surface, from its triangles, shape (m, 3, 3), m.
 
-    Each triangle spans a tetrahedron with a common origin; volumes are counted negative where the surface faces it.
+    Each triangle forms a tetrahedron with a common origin; its volume is negative if the triangle faces the origin.
     """
     origin = triangle_corners.reshape(-1, 3).mean(axis=0)
     a, b, c = (triangle_corners[:, k] - origin for k in range(3))
@@ -94,8 +94,8 @@ def repair_surface_and_close_base(surface: TriangleSurface) -> tuple[TriangleSur
     Raises
     ------
     ArgumentError
-        If the surface has other holes, neighbouring triangles face opposite sides, it encloses no volume, or it is that
-        of several separate bodies.
+        If the surface has other holes, encloses no volume or bounds several separate bodies, or if neighbouring
+        triangles face opposite sides.
     """
     if not len(surface.triangles):
         raise ArgumentError("body: points without faces enclose no volume; make a closed mesh of them")
@@ -155,9 +155,9 @@ def _check_surface_has_one_body(surface: TriangleSurface) -> None:
 
 
 def _are_outermost_points_inside_body(body_triangle_corners: FloatArray, points: FloatArray) -> bool:
-    """True if the outermost of points, shape (n, 3), lie inside a body given by its triangles.
+    """True if points, shape (n, 3), lie inside a body given by its triangles, as far as the outermost ones tell.
 
-    The tested points are the farthest ones in 26 directions.
+    Tested are the points farthest in each of 26 directions.
     """
     directions = [one for one in itertools.product((-1, 0, 1), repeat=3) if any(one)]
     outermost = points[np.unique((points @ np.transpose(directions)).argmax(axis=0))]
@@ -167,8 +167,8 @@ def _are_outermost_points_inside_body(body_triangle_corners: FloatArray, points:
 def _winding_number(triangle_corners: FloatArray, point: FloatArray) -> float:
     """Return how often a closed surface encloses a point: 1 inside, 0 outside.
 
-    The sum of the solid angles of the triangles, shape (m, 3, 3), over 4π (van Oosterom & Strackee 1983, IEEE
-    Transactions on Biomedical Engineering 30, 125).
+    The number is the sum of the solid angles of the triangles, shape (m, 3, 3), seen from the point, over 4π (van
+    Oosterom & Strackee 1983, IEEE Transactions on Biomedical Engineering 30, 125).
     """
     corners = triangle_corners - point
     a, b, c = (corners[:, k] for k in range(3))
@@ -178,10 +178,10 @@ def _winding_number(triangle_corners: FloatArray, point: FloatArray) -> float:
 
 
 def _connected_part_of_each_triangle(surface: TriangleSurface) -> NDArray[np.int64]:
-    """Return, for each of the m triangles of a surface, the number of the connected part to which it belongs.
+    """Return, for each triangle of a surface, the number of the connected part to which it belongs.
 
-    Triangles are neighbours across an edge. Solids that share a corner, an edge or a face only touch each other: at an
-    edge of more than two triangles, those are neighbours between which the same solid lies.
+    Triangles with a common edge are connected. Solids that share a corner, an edge or a face are separate parts: at an
+    edge of more than two triangles, two are connected only if the same solid lies between them.
     """
     import scipy.sparse  # the steps of a run without a scan do not need it
 
@@ -215,9 +215,9 @@ def _triangle_pairs_of_same_solid_at_edge(
     surface : TriangleSurface
         Surface whose triangles are anticlockwise from outside.
     edge_vertex_pair_by_triangle : ndarray, shape (k, 2)
-        The edge as a vertex pair in the sense of each triangle.
+        The edge as a vertex pair, in the order in which each triangle runs along it.
     triangle_indices_at_edge : ndarray, shape (k,)
-        Numbers of the triangles at the edge.
+        Indices of the triangles at the edge.
     """
     begin, end = np.sort(edge_vertex_pair_by_triangle[0])
     third = surface.triangles[triangle_indices_at_edge].sum(axis=1) - begin - end
@@ -241,7 +241,8 @@ def _close_base_and_measure_rim_flatness(
 ) -> tuple[TriangleSurface, float]:
     """Close the open base of a surface with a fan of triangles; also return how far (m) its rim deviates from a plane.
 
-    The fan is flat, so that its volume and moments are right for a rim of any outline, also for several rims.
+    The triangles join each edge of the rim to the mean of the rim. They overlap if the rim is not convex or there are
+    several rims; volume and moments are still right, because overlaps in one plane cancel.
     """
     rim, points = surface.vertices[directed_open_edges], surface.vertices
     size = float(np.ptp(points, axis=0).max())

@@ -34,8 +34,8 @@ class SimulatedDirectionsForRequestedDirections:
         Index of the simulated direction among the directions of the grid.
     clockwise_rotation_from_simulated_deg : ndarray
         Clockwise rotation from the simulated to the requested direction, degrees: a whole number of periods, or any
-        angle for a body of revolution. Azimuths of the outcome do not change, since north does not rotate; a side or
-        face that is numbered from the body's own first side is numbered from the rotated one.
+        angle for a body of revolution. Azimuths of the outcome do not change, since north does not rotate. Side and
+        face numbers do change, because the body's first side, from which they count, is rotated.
     is_mirrored : ndarray of bool
         True if the simulated plane is the requested one seen from behind: a fall towards its azimuth is a fall away
         from the requested azimuth. Always False in 3-D.
@@ -54,7 +54,7 @@ def nearest_simulated_planes(
     requested_azimuth_deg: ArrayLike,
     symmetry_period_deg: float = PLANE_SYMMETRY_PERIOD_DEG,
 ) -> SimulatedDirectionsForRequestedDirections:
-    """Return the simulated vertical plane nearest to each azimuth, marked as mirrored if it is rotated by 180°."""
+    """Return the simulated vertical plane nearest to each azimuth; flagged as mirrored if seen from behind (+180°)."""
     return copy_with_mirrored_planes_marked(
         nearest_simulated_directions(simulated_azimuth_deg, requested_azimuth_deg, symmetry_period_deg),
         symmetry_period_deg,
@@ -71,7 +71,7 @@ def nearest_simulated_directions(
     simulated_direction_deg : array_like, shape (n,)
         Azimuths or orientations of a grid, degrees clockwise from north, in any order; at least one.
     requested_direction_deg : array_like, shape (m,)
-        Requested directions, any real numbers. Half way between two cells the anticlockwise one is taken.
+        Requested directions, degrees, of any range. Half way between two simulated ones the anticlockwise one is taken.
     symmetry_period_deg : float
         Rotation period of a case: `PLANE_SYMMETRY_PERIOD_DEG` in 2-D, the body's own in 3-D, 360 without symmetry, 0
         for a body of revolution.
@@ -79,7 +79,7 @@ def nearest_simulated_directions(
     Returns
     -------
     SimulatedDirectionsForRequestedDirections
-        Shape (m,). A cell of the grid takes precedence over an equal cell that has to be rotated.
+        Shape (m,). Of simulated directions that coincide after rotation, the one with the least rotation is taken.
     """
     direction, asked = np.asarray(simulated_direction_deg, np.float64), np.asarray(requested_direction_deg, np.float64)
     if symmetry_period_deg == 0.0:
@@ -104,7 +104,7 @@ def nearest_simulated_directions(
 def copy_with_mirrored_planes_marked(
     equivalent_directions: SimulatedDirectionsForRequestedDirections, symmetry_period_deg: float
 ) -> SimulatedDirectionsForRequestedDirections:
-    """Return a copy that marks simulated vertical planes rotated by 180°: their outcomes have to be mirrored."""
+    """Return a copy with `is_mirrored` True where a plane is rotated by 180°, if this is the symmetry period."""
     return replace(
         equivalent_directions,
         is_mirrored=(equivalent_directions.clockwise_rotation_from_simulated_deg == PLANE_SYMMETRY_PERIOD_DEG)

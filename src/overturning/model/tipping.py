@@ -61,7 +61,7 @@ class FallTiltByLeanDirection(NamedTuple):
 
 
 class LowestVertexChangesOnLeaning(NamedTuple):
-    """Changes of a body's lowest vertex as the body leans more and more in one direction; one entry per change."""
+    """Changes of a body's lowest vertex with growing tilt, for all directions of lean; one entry per change."""
 
     lean_direction_index: NDArray[np.int64]
     """Index of the direction."""
@@ -91,9 +91,9 @@ def fall_tilt_by_lean_direction(
     largest_extent : float
         Largest extent of the body, m.
     least_tilt_to_rest_on_another_face_rad : float
-        Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
+        Least tilt at which the body can rest on another face, rad; no smaller tilt counts as a fall.
     resting_face_normals_after_fall : ndarray, shape (faces, 3)
-        Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
+        Outward normals of the other faces on which the body can rest; rest on any of them counts as a fall.
     min_resting_tilt_counted_as_fall_rad : float
         Tilt, rad, below which resting on an edge or face does not count as a fall.
     """
@@ -162,7 +162,7 @@ def _lower_fall_limits_for_resting_faces(
     vector_and_min_fall_dot_product_by_lean_direction: FloatArray,
     resting_face_normals_after_fall: FloatArray,
 ) -> None:
-    """Lower fall limits (tilt from which a body is fallen), in place, so that rest on any other face is a fall."""
+    """Lower, in place, the tilts from which a body counts as fallen, so that rest on any of the faces is a fall."""
     for normal in resting_face_normals_after_fall:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * LEAN_DIRECTION_COUNT), LEAN_DIRECTION_COUNT - 1)
@@ -187,7 +187,7 @@ def _pseudo_angle_in_quarter_turns(angles_rad: FloatArray) -> FloatArray:
 
 
 def _hull_edge_vertices_and_triangles(hull: ConvexHull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the indices of both vertices and of both triangles of each hull edge, two arrays of shape (edges, 2)."""
+    """Return the vertex indices and the triangle indices of each hull edge, two arrays of shape (edges, 2)."""
     ends, sides = [], []
     for k in range(3):
         one, other = np.arange(len(hull.triangle_vertex_indices)), hull.triangle_sharing_edge_opposite_each_vertex[:, k]
@@ -202,8 +202,8 @@ def _lowest_vertex_changes(
 ) -> LowestVertexChangesOnLeaning:
     """Compute, for each direction of lean, the tilts at which the lowest vertex changes.
 
-    There, the downward vertical crosses the arc between the normals of neighbouring triangles. Along such an arc both
-    ends of the edge between the triangles are lowest.
+    At such a tilt, the downward vertical, in the body's axes, crosses the arc between the normals of two neighbouring
+    triangles. Both ends of the edge between these triangles are then lowest.
     """
     turn = 2.0 * np.pi * (np.arange(LEAN_DIRECTION_COUNT) + 0.5) / LEAN_DIRECTION_COUNT
     cosine, sine = np.cos(turn), np.sin(turn)
@@ -233,7 +233,8 @@ def _lowest_vertex_changes(
 def _resting_triangle_after_rolling_by_triangle(hull: ConvexHull, largest_extent: float) -> NDArray[np.int64]:
     """Return, for each triangle of a hull, the triangle on which a body placed on it comes to rest after rolling.
 
-    The body rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
+    The body rolls over the edge beyond which the foot of its centre on the triangle's plane lies furthest, and stays
+    if the foot lies inside the triangle.
     """
     feet, beyond = hull.outward_triangle_normals * hull.plane_distances_from_centre[:, None], []
     for k in range(3):

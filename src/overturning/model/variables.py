@@ -26,7 +26,7 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 
 
 def mask_of_known_outcomes(stored_or_decoded_overturning_flag: Any) -> Any:
-    """Return a mask that is True where an overturning flag, as stored or decoded, states an outcome."""
+    """Return a mask that is True where an overturning flag, as stored or decoded, is not missing."""
     return np.abs(stored_or_decoded_overturning_flag.astype("float32")) <= 1
 
 

@@ -19,7 +19,7 @@ def fourier_amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float
 
 
 def cosine_taper_window(sample_count: int, sample_count_of_taper_at_each_end: int) -> FloatArray:
-    """Return a Tukey window: weights of 1 with half a cosine wave over some samples at each end, shape (samples,)."""
+    """Return a Tukey window: weights 1, with a half-cosine taper over some samples at each end, shape (samples,)."""
     window = np.ones(sample_count)
     window[:sample_count_of_taper_at_each_end] = 0.5 * (
         1.0 - np.cos(np.pi * np.arange(sample_count_of_taper_at_each_end) / sample_count_of_taper_at_each_end)
@@ -33,8 +33,8 @@ def rms_fourier_amplitude_in_bands(
 ) -> FloatArray:
     """Return the root mean square Fourier amplitude, m/s, in m bands around the centre frequencies, shape (m,).
 
-    The bands lie around logarithmically spaced ``log_spaced_centre_frequencies_hz``, Hz. A short component is padded
-    with zeros so that every band contains at least one frequency.
+    Neighbouring bands meet at the geometric mean of their centre frequencies. A short record is padded with zeros so
+    that every band contains at least one frequency.
     """
     ratio = float(log_spaced_centre_frequencies_hz[1] / log_spaced_centre_frequencies_hz[0])
     needed = int(np.ceil(2.0 / (log_spaced_centre_frequencies_hz[0] * (ratio - 1.0)) / sampling_interval))
@@ -53,9 +53,9 @@ def konno_ohmachi_smoothed_amplitude(
 ) -> FloatArray:
     """Return Fourier amplitudes smoothed at the centre frequencies (Konno & Ohmachi 1998, BSSA 88, 228, equation 4).
 
-    Frequencies are in Hz; 0 is left out of the spectrum and refused in ``log_spaced_centre_frequencies_hz``. The
-    bandwidth coefficient b is 40, as usual. The result is NaN where the sum of the weights is at most 0.3, because the
-    record is too short and the frequencies of its spectrum are too far apart.
+    Frequencies are in Hz. The amplitude at 0 Hz is left out; centre frequencies must be above 0. The bandwidth
+    coefficient b is 40, as usual. The result is NaN where the smoothing weights sum to at most 0.3: the record is then
+    too short, and the frequencies of its spectrum are too far apart.
     """
     wanted = np.atleast_1d(np.asarray(log_spaced_centre_frequencies_hz, dtype=np.float64))
     if not (np.isfinite(wanted) & (wanted > 0)).all():

@@ -43,7 +43,7 @@ def intensity_measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) 
 
     The measures of φ and φ + 180° are the same, so only half a circle is computed. Velocity and displacement come
     from the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated
-    once. Along an azimuth without motion, the predominant period is NaN and the others are 0.
+    once. Along an azimuth without motion, the predominant period is NaN and all other measures are 0.
     """
     from overturning.motion.peaks import largest_motion_along_azimuths
     from overturning.motion.spectra import housner_spectrum_intensity, pseudo_acceleration_spectra
@@ -91,10 +91,10 @@ def jma_intensity_and_raw_and_processed_peaks(
     Returns
     -------
     dict
-        ``jma_intensity`` (None without a vertical component); ``jma_intensity_horizontal`` from north and east only;
-        both None if the motion is shorter than the 0.3 s of the definition;
+        ``jma_intensity`` (None without a vertical component) and ``jma_intensity_horizontal`` (north and east only);
+        both None if the motion is shorter than the 0.3 s that define the intensity.
         ``pga_unprocessed``, ``pga_processed`` and so on: peaks (largest of north and east, SI units) before the first
-        and after the last processing step, None if the record was not processed.
+        and after the last processing step; None if the record was not processed.
     """
     from overturning.motion.jma_intensity import JMA_LEVEL_DURATION_S, jma_instrumental_intensity
 

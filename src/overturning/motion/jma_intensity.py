@@ -37,10 +37,10 @@ def round_and_truncate_to_published_intensity(instrumental_intensity: ArrayLike)
 def is_published_intensity_in_range(
     instrumental_intensity: ArrayLike, inclusive_lower_limit: float, exclusive_upper_limit: float
 ) -> NDArray[np.bool_]:
-    """Return True for each motion whose published JMA intensity is at least a lower and below an upper limit.
+    """Return True for each motion whose published JMA intensity is ≥ the lower and < the upper limit.
 
-    Such a range is a degree of the JMA scale. `instrumental_intensity` is unrounded; it is rounded by
-    `round_and_truncate_to_published_intensity`.
+    Each degree of the JMA scale is such a range. `instrumental_intensity` is unrounded;
+    `round_and_truncate_to_published_intensity` converts it to the published one.
     """
     published = round_and_truncate_to_published_intensity(instrumental_intensity)
     return np.asarray((published >= inclusive_lower_limit) & (published < exclusive_upper_limit))

@@ -217,10 +217,10 @@ class Motion(Accelerogram):
     def from_obspy(cls, stream: Any, *, unit: str | None = None, sensor: str = "surface") -> "Motion":
         """Return the motion of an obspy Stream with three components, or two horizontal ones.
 
-        The direction of a trace comes from its channel code: SEED codes that end in N, E, Z, or NS, EW, UD. A warning
-        is given if a SAC header states another direction, if an axis is dead or clipped, or if an offset makes the
-        velocity drift. Samples are multiplied by ``stats.calib``, in which readers of raw counts store m/s² per count,
-        except those of SAC files, whose field SCALE obspy stores there.
+        The direction of a trace comes from its channel code: a SEED code that ends in N, E or Z, or NIED's NS, EW or
+        UD. A warning is given if a SAC header states another direction, if an axis is dead or clipped, or if an offset
+        makes the velocity drift. Samples are multiplied by ``stats.calib``, which readers of raw counts set to m/s²
+        per count. For SAC files, obspy sets ``calib`` to the header field SCALE; there it is ignored.
 
         Parameters
         ----------
@@ -263,8 +263,8 @@ class Motion(Accelerogram):
     ) -> "Motion":  # fmt: skip
         """Return a motion of sine waves A sin(2πt/T) towards an azimuth, with rest before and after the waves.
 
-        The amplitude is in m/s²; period, rest and sampling interval are in s. Raises an `ArgumentError` if one of them
-        is not positive (rest: negative), if a period or all waves together have fewer than four samples, if there are
+        The amplitude is in m/s²; period, rest and sampling interval are in s. Raises an `ArgumentError` if a number is
+        not positive (the rest may be 0), if a period or all waves together have fewer than four samples, if there are
         more than `MAX_SAMPLES_OF_MOTION`, or, unless `trust_data` is set, if the amplitude is implausible.
         """
         given = {"amplitude": amplitude, "period": period, "cycles": cycles, "sampling_interval": sampling_interval}

@@ -49,8 +49,9 @@ class SignalNoiseSpectra:
 def motion_onset_index(acceleration_samples: FloatArray) -> int:
     """Return the index of the acceleration sample at which a component starts to move; 0 if no noise precedes it.
 
-    The onset minimises the Akaike criterion of two variances (Maeda 1985, Zisin 38, 365-379). It is searched before the
-    largest difference of samples; differences are used because offset and drift do not affect them.
+    The differences of consecutive samples are used, because offset and drift do not affect them. Those before the
+    largest one are split into noise and motion where the Akaike criterion of their two variances is smallest (Maeda
+    1985, Zisin 38, 365-379).
     """
     steps = np.diff(acceleration_samples)
     size = int(np.abs(steps).argmax())
@@ -69,7 +70,7 @@ def motion_onset_index(acceleration_samples: FloatArray) -> int:
 
 
 def shortest_usable_noise_window_s(sampling_interval: float) -> float:
-    """Return the shortest noise window before the onset, s: at least 2 s or 3 cycles of half the highest frequency."""
+    """Return the shortest noise window before the onset, s: 2 s, or 3 cycles at half the highest frequency if more."""
     return max(
         MIN_NOISE_WINDOW_S, 2.0 * MIN_CYCLES_IN_NOISE_WINDOW * sampling_interval / MAX_FREQUENCY_CYCLES_PER_SAMPLE
     )
@@ -123,7 +124,7 @@ def _hann_weighted_mean(samples: FloatArray) -> float:
 def _fourier_amplitude_per_root_duration(
     acceleration_samples: FloatArray, sampling_interval: float, log_spaced_centre_frequencies_hz: FloatArray
 ) -> FloatArray:
-    """Return Fourier amplitudes in bands around m frequencies, divided by √duration, m/s^1.5, shape (m,)."""
+    """Return rms Fourier amplitudes in bands around m frequencies, divided by √duration, m/s^1.5, shape (m,)."""
     window = cosine_taper_window(acceleration_samples.size, max(1, acceleration_samples.size // 20))
     amplitude = rms_fourier_amplitude_in_bands(
         (acceleration_samples - acceleration_samples.mean()) * window,

@@ -52,12 +52,14 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 def oscillator_filter_coefficients(
     period_s: float, damping_ratio: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return coefficients of the filter from ground acceleration to oscillator displacement and velocity.
+    """Return coefficients of the filters from ground acceleration to oscillator displacement and velocity.
 
-    The coefficients are the numerators for relative displacement and velocity, and their common denominator.
+    The three arrays of shape (3,) are the numerator for relative displacement, the numerator for relative velocity, and
+    their common denominator.
 
-    The state (d, v) of d̈ + 2hωḋ + ω²d = −a advances by one sample as A (d, v) + B₀ a_k + B₁ a_(k+1), with
-    the matrix exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).
+    For d̈ + 2hωḋ + ω²d = −a, with damping ratio h, the displacement d and velocity v at the next sample are
+    A (d, v) + B₀ a_k + B₁ a_(k+1). A is the exponential of the system matrix times the sampling interval. The
+    z-transform of this recursion gives the coefficients.
     """
     omega = 2.0 * math.pi / period_s
     free = omega * math.sqrt(1.0 - damping_ratio**2)
@@ -81,9 +83,9 @@ def oscillator_filter_coefficients(
 class OscillatorResponseCalculator:
     """Calculator of the peak responses of linear oscillators of any period to one horizontal motion.
 
-    The motion is given in m/s², shape (2, n). The response may peak after the motion has ended, so zeros are appended
-    for the time of one longest period T. A free vibration reaches its peak within T/2, so zeros for 10 s suffice up to
-    T = 20 s, and zeros for T/2 beyond.
+    The motion is given in m/s², shape (2, n). The response may peak after the motion has ended, but a free vibration
+    of period T peaks within T/2. With the longest period T, zeros are therefore appended for min(T, 10 s), or for T/2
+    if this is longer.
     """
 
     def __init__(
@@ -117,7 +119,7 @@ class OscillatorResponseCalculator:
         return self._finer[interpolated_points_per_sample]
 
     def interpolated_points_per_sample_for_period(self, period_s: float) -> int:
-        """Return the points per sample (1, 2, 4, 8 or 16) to which to refine the motion for an oscillator period."""
+        """Return the points per sample (1, 2, 4, 8 or 16) of the interpolated motion for an oscillator period, s."""
         wanted = self._interval * max(
             self._points / max(period_s, 3.0 * self._interval), 1.0 / MAX_INTERPOLATION_STEP_S
         )
@@ -132,8 +134,8 @@ class OscillatorResponseCalculator:
     ) -> FloatArray:
         """Return an oscillator's peak relative displacement (m) or velocity (m/s) along m azimuths.
 
-        The two components of the motion are those towards north and east. The result has the shape (q, m), for q
-        quantities and for direction cosines `north_east_cosines_by_azimuth` of shape (m, 2).
+        The result has a row for each of `response_quantities` and a column for each azimuth. Each row of
+        `north_east_cosines_by_azimuth`, shape (m, 2), has the direction cosines of an azimuth towards north and east.
         """
         from overturning.motion.peaks import largest_filtered_motion_along_azimuths
 

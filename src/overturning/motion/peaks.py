@@ -43,8 +43,8 @@ def largest_filtered_motion_along_azimuths(
     """Filter a horizontal motion; return its largest absolute value over time along each of m azimuths.
 
     Both components pass a recursive filter of second order with numerator and denominator coefficients of shape (3,);
-    the first one of the denominator is 1. The filtered samples have the bits of `scipy.signal.lfilter`. Shapes and
-    units are those of `largest_motion_along_azimuths`.
+    the first denominator coefficient is 1. The filtered samples equal those of `scipy.signal.lfilter` bit for bit.
+    Shapes and units are those of `largest_motion_along_azimuths`.
     """
     north, east = (np.ascontiguousarray(component, dtype=np.float64) for component in north_and_east_sample_rows)
     cosines = np.ascontiguousarray(north_east_cosines_by_azimuth, dtype=np.float64)
@@ -57,9 +57,9 @@ def largest_filtered_motion_along_azimuths(
 
 
 def _middle_cosines_and_max_sine_of_azimuth_groups(north_east_cosines_by_azimuth: FloatArray) -> FloatArray:
-    """Return the middle azimuth of each group of azimuths, and the largest sine of the angle to it.
+    """Return, for groups of consecutive azimuths, the middle azimuth and the largest |sin δ|, δ: angle to the middle.
 
-    The columns are the cosines of the middle azimuth towards north and east, the sine, and a zero; shape (groups, 4).
+    The columns are the cosines of the middle azimuth towards north and east, |sin δ|, and a zero; shape (groups, 4).
     """
     table = np.zeros((-(-len(north_east_cosines_by_azimuth) // _AZIMUTH_COUNT_TESTED_TOGETHER_PER_SAMPLE), 4))
     for row, first in zip(
@@ -81,14 +81,14 @@ def _update_largest_filtered_motion(
     azimuth_group_cosines_sine_and_bound_in_place: FloatArray,
     largest_absolute_value_by_azimuth_in_place: FloatArray,
 ) -> None:
-    """Filter a motion and update, in place, its largest value so far along each of the given azimuths.
+    """Filter a motion and update, in place, its largest absolute value along each of the given azimuths.
 
-    A sample that is nearer to the origin than the smallest of all largest values so far cannot be the largest along
-    any azimuth, and neither can a sample without motion. For other samples, each group of azimuths is tested: for the
-    sample p and an azimuth u at the angle δ from the middle azimuth m of the group,
-    |p · u| ≤ |p · m| + |p × m| |sin δ|. Column 3 of `azimuth_group_cosines_sine_and_bound_in_place`
-    becomes the bound that a sample must reach. If a sample is not finite, all results are NaN. The function has plain
-    loops only, which compile in less time.
+    A sample p is skipped if |p| is 0 or below the smallest of the largest values so far. Otherwise each group of
+    azimuths is tested: for an azimuth u at the angle δ from the middle azimuth m of the group,
+    |p · u| ≤ |p · m| + |p × m| |sin δ|. With the group's largest |sin δ|, this limit holds for all its azimuths;
+    the group is skipped if the limit is below the smallest of its largest values so far, which is stored in column 3
+    of `azimuth_group_cosines_sine_and_bound_in_place`. If a sample is not finite, all results are NaN. Only plain
+    loops are used, because they compile in less time.
     """
     count = north_east_cosines_by_azimuth.shape[0]
     b0, b1, b2 = (

@@ -94,7 +94,7 @@ def implausible_amplitude_reason(
 
 
 def _sampling_interval_and_usual_range_text(sampling_interval: float) -> str:
-    """Return a text with an unusual sampling interval, s, and the range of usual ones."""
+    """Return a text that states a sampling interval, s, and the usual range."""
     low, high = USUAL_SAMPLING_INTERVAL_RANGE_S
     return f"sampling interval {sampling_interval:g} s ({low:g} to {high:g} s are usual)"
 
@@ -102,7 +102,7 @@ def _sampling_interval_and_usual_range_text(sampling_interval: float) -> str:
 def reasons_to_doubt_sampling_interval(
     acceleration_components: Sequence[FloatArray], sampling_interval: float
 ) -> tuple[str, ...]:
-    """Return reasons to doubt a sampling interval (s): its size, or the duration or PGV/PGA computed with it.
+    """Return reasons to doubt a sampling interval, s: it is unusual, or gives a short duration or a small PGV/PGA.
 
     A constant offset is removed before the integration to velocity.
     """
@@ -193,11 +193,12 @@ def are_axes_equal_up_to_offset_and_sign(
 def longest_pause_indices_while_other_axis_moves(
     acceleration_samples: FloatArray, acceleration_samples_of_other_axes: Sequence[FloatArray]
 ) -> tuple[int, int] | None:
-    """Return first and last index of a component's longest run of equal samples while another moves; else None.
+    """Return first and last index of a component's longest run of equal samples, if another axis moves then; else None.
 
-    None if there is no run of `MIN_EQUAL_SAMPLES_IN_PAUSE` equal samples, if no other axis then reaches
-    `MIN_SHARE_OF_PEAK_TO_JUDGE_OTHER_AXIS_DEAD` of its peak, or if the axis is too coarse to show such a share of its
-    own peak.
+    The result is None if the run has fewer than `MIN_EQUAL_SAMPLES_IN_PAUSE` samples, or if no other axis exceeds the
+    share `MIN_SHARE_OF_PEAK_TO_JUDGE_OTHER_AXIS_DEAD` of its peak during the run. It is also None if the component
+    could not show such motion: the share that the other axis reaches, of the component's peak, is at most 10 times its
+    resolution.
     """
     ends = np.concatenate([[-1], np.flatnonzero(np.diff(acceleration_samples)), [acceleration_samples.size - 1]])
     longest = int(np.diff(ends).argmax())
@@ -227,9 +228,10 @@ def _estimate_sample_resolution(acceleration_samples: FloatArray, peak_departure
 def clipped_sample_count_and_level(acceleration_samples: FloatArray) -> tuple[int, float]:
     """Return the number of clipped samples of a component and the largest clipped level (m/s²); (0, 0) if none.
 
-    Counted are runs of at least `MIN_CONSECUTIVE_CLIPPED_SAMPLES` equal samples at the largest or the smallest value.
-    The rounded top of a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped
-    by at most ((3L − 1) / (L − 1))² ≤ 16 times the resolution, a clipped motion by more.
+    Runs of at least `MIN_CONSECUTIVE_CLIPPED_SAMPLES` equal samples at the largest or the smallest value are counted,
+    unless they are the rounded top of a smooth peak. A parabola whose top has L equal samples drops over the next L
+    samples by at most ((3L − 1) / (L − 1))² ≤ 16 times the resolution. Beside a counted run, the drop
+    exceeds 20 times the resolution.
     """
     level = float(np.median(acceleration_samples))
     away = acceleration_samples - level
@@ -260,9 +262,9 @@ def _is_clipped_sample_range(
     last_index_of_run: int,
     min_drop_beside_run: float,
 ) -> bool:
-    """True if a run of equal samples at a peak is clipped: beside it, samples are lower by more than a drop (m/s²).
+    """Return True if a run of equal samples at a peak is clipped: the motion drops steeply on both sides of it.
 
-    On each side, one of as many samples as the run has must be so much lower.
+    On each side, one of as many samples as the run has must be lower by more than `min_drop_beside_run`, m/s².
     """
     length = last_index_of_run + 1 - first_index_of_run
     before = departures_from_median_towards_peak[max(first_index_of_run - length, 0) : first_index_of_run]
@@ -272,7 +274,7 @@ def _is_clipped_sample_range(
 
 
 def _likely_units_note(peak_acceleration: float, declared_unit_if_file_states_none: str) -> str:
-    """Return a note for an error message on units in which the numbers of a motion would give a usual PGA."""
+    """Return a note for an error message: units in which a motion's numbers give a usual PGA, or another cause."""
     if not declared_unit_if_file_states_none:
         return "the unit stated in the file is wrong, or the samples contain an offset or a spike"
     scale = ACCELERATION_UNITS_IN_M_S2[declared_unit_if_file_states_none]

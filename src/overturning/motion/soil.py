@@ -170,8 +170,8 @@ def _residual_vibration_to_peak_ratio(
 ) -> float:
     """Return the largest acceleration near the end of the zero padding, divided by the peak acceleration.
 
-    The last `checked_and_left_out_end_sample_count` samples are left out: an abrupt start of a record oscillates there
-    at the highest frequency.
+    `checked_and_left_out_end_sample_count` samples are checked. Equally many after them, at the very end, are left out:
+    there, an abrupt start of the record causes oscillations at the highest frequency.
     """
     peak = float(np.abs(surface_acceleration).max())
     return (
@@ -193,9 +193,9 @@ def _surface_sample_count_to_keep(
 ) -> int:
     """Return the number of surface samples to keep: the record, and its zero padding until the vibration has decayed.
 
-    The kept part of the padding doubles from `min_tail_and_left_out_end_sample_count` samples until at most
-    `MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL` of the peak is left. The last `min_tail_and_left_out_end_sample_count`
-    samples are left out, as in `_residual_vibration_to_peak_ratio`.
+    The kept part of the padding starts with `min_tail_and_left_out_end_sample_count` samples and is doubled until all
+    later accelerations are at most `MAX_ACCELERATION_TO_PEAK_RATIO_AFTER_TAIL` times the peak. The last
+    `min_tail_and_left_out_end_sample_count` samples are not checked, as in `_residual_vibration_to_peak_ratio`.
     """
     size, tail = np.abs(surface_acceleration), min_tail_and_left_out_end_sample_count
     while (
@@ -253,9 +253,10 @@ def _propagate_with_zero_padding(
 def _strain_and_curve_end_of_layer_most_beyond_curve(
     pystrata_profile_layers: Sequence[Any], soil_layers_from_surface_down: Sequence[SoilLayer]
 ) -> tuple[float, float] | None:
-    """Return effective strain and end of the published curve for the layer strained furthest beyond its curve, or None.
+    """Return (effective strain, end of curve) of the soil layer furthest beyond its published curve; None if none is.
 
-    Beyond the curve pystrata keeps modulus and damping of its end, so that an iteration converges at any strain.
+    The end is the largest strain of the curve. Beyond it, pystrata keeps the last modulus and damping, so that the
+    iteration converges at any strain.
     """
     beyond = None
     for one, layer in zip(pystrata_profile_layers, soil_layers_from_surface_down, strict=True):
@@ -269,7 +270,7 @@ def _strain_and_curve_end_of_layer_most_beyond_curve(
 
 
 def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfSpace) -> Any:
-    """Return a soil layer, or the rock below, as an object of pystrata's class `SoilType`."""
+    """Return the pystrata `SoilType` of a soil layer, or of the rock half-space below the layers."""
     unit_weight_kn_m3 = soil_layer.density_kg_m3 * STANDARD_GRAVITY / 1e3
     if isinstance(soil_layer, RockHalfSpace) or soil_layer.curve is None:
         return pystrata_package.site.SoilType("", unit_weight_kn_m3, None, soil_layer.damping)
@@ -277,7 +278,7 @@ def _pystrata_soil_type(pystrata_package: Any, soil_layer: SoilLayer | RockHalfS
 
 
 def _soil_type_with_published_curve(pystrata_package: Any, unit_weight_kn_m3: float, published_curve_name: str) -> Any:
-    """Return a pystrata `SoilType` with a published curve; an ArgumentError if pystrata lacks (a part of) the curve.
+    """Return a pystrata `SoilType` with a published curve; raise an ArgumentError if the curve or a part is missing.
 
     Some publications give only a modulus reduction, or only a damping.
     """

@@ -87,7 +87,7 @@ def _peak_oscillator_responses(
     response_quantities: Sequence[ResponseQuantity],
     interpolated_points_per_oscillator_period: int = INTERPOLATED_POINTS_PER_OSCILLATOR_PERIOD,
 ) -> FloatArray:
-    """Return the peak responses of oscillators: q quantities, p periods (s) and m azimuths, shape (q, p, m)."""
+    """Return oscillators' peak responses (m, m/s): q quantities, p periods (s) and m azimuths, shape (q, p, m)."""
     oscillators = OscillatorResponseCalculator(
         motion.horizontal_components,
         motion.sampling_interval,

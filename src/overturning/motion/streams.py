@@ -13,10 +13,10 @@ from overturning.units import ACCELERATION_UNITS_IN_M_S2
 def accelerations_interval_and_start_of_stream(
     stream: Any, unit_stated_by_user: str | None, sensor: str
 ) -> tuple[dict[str, Any], float, str | None]:
-    """Return the accelerations of an obspy Stream, m/s², by component, the sampling interval, s, and the start time.
+    """Return the accelerations of an obspy Stream (m/s², by component), its sampling interval (s) and its start time.
 
-    The start time is that of the first sample, ISO 8601 in UTC; None for obspy's default, 1970. See `Motion.from_obspy`
-    for the arguments and errors.
+    The components are ``north``, ``east`` and, if present, ``up``. The start time is that of the first sample, ISO 8601
+    in UTC; None for obspy's default, 1970. `Motion.from_obspy` describes arguments and errors.
     """
     if unit_stated_by_user is not None and (
         not isinstance(unit_stated_by_user, str) or unit_stated_by_user not in ACCELERATION_UNITS_IN_M_S2
@@ -119,9 +119,9 @@ _DIRECTION_BY_CODE_ENDING = {"N": "north", "NS": "north", "E": "east", "EW": "ea
 
 
 def _channel_direction_with_warning_if_sac_differs(trace: Any, channel_code: str) -> str | None:
-    """Return a channel code's direction (``north``, ``east``, ``up``) or None; warn if the SAC header says another.
+    """Return the direction (``north``, ``east``, ``up``) in a channel code, or None; warn if the SAC header differs.
 
-    A warning is given if the direction in the SAC header (CMPAZ, CMPINC) differs from it by more than 5°.
+    The warning is given if the direction in the SAC header (CMPAZ, CMPINC) is more than 5° from that of the code.
     """
     found = _CHANNEL_CODE_PATTERN.fullmatch(channel_code)
     if found is None:

@@ -74,9 +74,9 @@ def assemble_record(
     The components may be in any order. `user_declared_properties` gives axis directions and ``trust_data``, which
     accepts contradictions of header and data, different lengths and implausible amplitudes. `replaced_fields` replace
     fields of the files (station, event, licence…). A vertical axis of unknown sense is left out unless its sense is
-    declared. A `RecordError` names all reasons against the record: missing or repeated components, an unknown axis, a
-    sensor that was not declared, different rates, starts or lengths, a header's peak that contradicts the data, a
-    motion above 5 g or 1000 cm/s or below 0.0001 g.
+    declared. A `RecordError` names all reasons against the record: missing or repeated components, an axis of unknown
+    azimuth, axes of several sensors, different sampling intervals, starts or lengths, a header's peak that contradicts
+    the data, a motion above 5 g or 1000 cm/s or below 0.0001 g.
     """
     user_declared_properties = user_declared_properties or DeclaredFileProperties()
     refusals = AssemblyRefusalCollector(accept_contradictions=user_declared_properties.trust_data)
@@ -142,8 +142,8 @@ def _relative_header_peak_difference_by_axis(
 ) -> dict[str, float]:
     """Return |peak of samples − peak in header| / peak in header of each component, by axis name.
 
-    Axes without a peak in the header, or with one that contradicts the samples, are left out; the contradiction is a
-    reason to refuse the record unless the user trusts its data.
+    Axes without a peak in the header are left out, and so are axes whose header peak contradicts the samples. A
+    contradiction is added to `refusals_out`, as a reason to refuse the record unless the user trusts its data.
     """
     differences = {}
     for component in components:
@@ -271,7 +271,7 @@ def _note_on_ignored_user_properties(
 def _implausible_amplitude_reason(components: Sequence[RecordComponent]) -> str:
     """Return the reason why the amplitudes of components are implausible for ground motion; "" if plausible.
 
-    The mean of raw data is subtracted first, and their velocity is not checked.
+    For raw data, the mean is subtracted first and the velocity is not checked.
     """
     raw = not all(c.is_already_corrected for c in components)
     moving = [c.acceleration - c.acceleration.mean() if raw else c.acceleration for c in components]

@@ -32,10 +32,11 @@ _DIRECTION_BY_AXIS_NAME = {
 def parse_axis_direction(axis_name_in_file: str) -> AzimuthAndVerticalSense:
     """Return the azimuth, degrees, and the vertical sense of an axis from its name, such as ``N28W`` or ``Up``.
 
-    The azimuth is at least 0 and less than 360°. Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``,
-    ``360 Deg``, ``N``, ``Up``, ``Down``, and the Japanese ``NS2``, ``EW2``, ``UD2`` (positive towards the first letter;
-    the number is that of the sensor). None and 0 for names without a direction: ``H1``, ``RAD``, ``--L``, and ``VERT``,
-    whose sense is unknown.
+    The azimuth is at least 0 and less than 360°, or None; the vertical sense is +1 up, −1 down, else 0. Names are
+    ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``, and the Japanese
+    ``NS2``, ``EW2``, ``UD2`` (positive towards the first letter; the number is that of the sensor). The result is
+    (None, 0) for names without a direction, such as ``H1``, ``RAD`` and ``--L``, and for ``VERT``, whose sense is
+    unknown.
     """
     word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", axis_name_in_file.strip().upper()).strip()
     word = re.sub(r"^(N-?S|E-?W|U-?D)[12]$", r"\1", word)
@@ -66,7 +67,7 @@ def direction_from_channel_code(channel_code: str) -> AzimuthAndVerticalSense:
 def channel_direction_mismatch_notes(
     channel_code: str, taken_direction: AzimuthAndVerticalSense, direction_source_label: str
 ) -> tuple[str, ...]:
-    """Return a note if the direction of an axis differs by more than 5° from its SEED channel code; else ()."""
+    """Return a note if the direction taken for an axis is over 5° from that of its SEED channel code; else ()."""
     coded = direction_from_channel_code(channel_code) if len(channel_code) == 3 else UNKNOWN_DIRECTION
     if UNKNOWN_DIRECTION in (coded, taken_direction):
         return ()
@@ -83,7 +84,7 @@ def channel_direction_mismatch_notes(
 def direction_with_channel_code_fallback_and_notes(
     channel_code: str, stated_direction: AzimuthAndVerticalSense, reason_direction_is_unknown: str
 ) -> tuple[AzimuthAndVerticalSense, tuple[str, ...]]:
-    """Return the direction of an axis; if unknown, the direction in its SEED channel code, and a note on this."""
+    """Return the stated direction of an axis; if it is unknown, return that in its channel code, and a note on this."""
     if stated_direction != UNKNOWN_DIRECTION:
         return stated_direction, ()
     coded = (
@@ -108,10 +109,10 @@ MAX_AXIS_INCLINATION_WITHOUT_NOTE_DEG: Final = 1.0
 def direction_from_azimuth_and_dip_with_notes(
     channel_code: str, azimuth_deg: float | None, dip_deg: float | None, file_and_channel_label: str
 ) -> tuple[AzimuthAndVerticalSense, tuple[str, ...]]:
-    """Return the direction of an axis from its azimuth and dip (downwards), degrees, and a note if it is inclined.
+    """Return the direction of an axis from azimuth and dip (down positive), degrees, and a note if it is inclined.
 
-    Without a dip, an axis is horizontal if its SEED channel code says north or east. The direction is
-    `UNKNOWN_DIRECTION` if the angles do not state it. A RecordError names an axis that is neither horizontal nor
+    A missing dip counts as 0 if the SEED channel code says north or east. Otherwise, and for a horizontal axis without
+    azimuth, the direction is `UNKNOWN_DIRECTION`. A RecordError is raised for an axis that is neither horizontal nor
     vertical (within 5°).
     """
     if dip_deg is None and direction_from_channel_code(channel_code)[0] is not None:
@@ -136,7 +137,7 @@ def direction_from_azimuth_and_dip_with_notes(
 
 
 def horizontal_direction_from_azimuth_code(azimuth_code: float) -> AzimuthAndVerticalSense:
-    """Convert a header code above 0 and up to 360, an azimuth in degrees, to a direction; else `UNKNOWN_DIRECTION`."""
+    """Return the direction of a header's azimuth code, degrees, above 0 and up to 360; else `UNKNOWN_DIRECTION`."""
     return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN_DIRECTION
 
 
@@ -149,7 +150,7 @@ def checked_axis_direction_from_name_or_code(
     header_code_direction: AzimuthAndVerticalSense,
     create_axis_line_error: Callable[[str], RecordError],
 ) -> AzimuthAndVerticalSense:
-    """Return the direction in an axis name, else that in the header's code; an error if they differ by over 1°."""
+    """Return the direction in an axis name, else in the header code; raise an error if they differ by over 1°."""
     named = parse_axis_direction(axis_name_in_file)
     if UNKNOWN_DIRECTION in (named, header_code_direction):
         return header_code_direction if named == UNKNOWN_DIRECTION else named

@@ -158,7 +158,7 @@ class RecordTableRow(FilePropertiesInTableRow, RecordDescriptionInTableRow, froz
 
     @property
     def names_of_filled_file_property_columns(self) -> list[str]:
-        """Names of non-empty columns that describe files; refused for a synthetic pulse, which has no file."""
+        """Names of filled columns that describe files; a synthetic pulse, which has no file, must have none."""
         other = {*RecordDescriptionInTableRow.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
         return [name for name, value in stated.items() if value != "surface"]
@@ -167,8 +167,9 @@ class RecordTableRow(FilePropertiesInTableRow, RecordDescriptionInTableRow, froz
 def read_record_table(path: Path | str) -> dict[str, RecordTableRow]:
     """Read a table of records; return its rows by record id, in the order of the table.
 
-    The table is tab-separated with one header line and ``#`` for comments; an empty cell means unknown. A `ConfigError`
-    names file, line, column and value of an unknown or repeated column, a repeated id, or a value out of bounds.
+    The table is tab-separated with one header line and ``#`` for comments; an empty cell means unknown. An unknown or
+    repeated column, a repeated id or a value out of bounds raises a `ConfigError` that names file, line, column and
+    value.
     """
     path = Path(path)
     entries: dict[str, RecordTableRow] = {}
@@ -195,7 +196,7 @@ def paths_of_record_files(table_row: RecordTableRow, data_dir: Path) -> list[Pat
 
 
 def read_record_files(table_row: RecordTableRow, data_dir: Path) -> list[SourceFile]:
-    """Read the files of a record, which its table row names in full, by stem (``STEM.*``) or as part of an archive."""
+    """Read the files of a record, named in its column ``source``: in full, by stem (``STEM.*``) or in an archive."""
     files: list[SourceFile] = []
     for word, path in _find_files_named_in_source_column(table_row, data_dir):
         file = read_source_file(path)
@@ -207,9 +208,8 @@ def read_record_files(table_row: RecordTableRow, data_dir: Path) -> list[SourceF
 def _find_files_named_in_source_column(table_row: RecordTableRow, data_dir: Path) -> list[tuple[str, Path]]:
     """Find the file or archive for each name in the column ``source`` of a record; return pairs of name and path.
 
-    Raises a MissingDataError for names without a file.
-
-    Without this error, a record whose vertical component is missing would be read as one with two components.
+    Raises a MissingDataError for names without a file; otherwise a record whose vertical component is missing would be
+    read as one with two components.
     """
     archives = [path for path in _sorted_matching_files(data_dir, "*") if _has_archive_extension(path)]
     located: list[tuple[str, Path]] = []
@@ -240,7 +240,7 @@ def _find_files_named_in_source_column(table_row: RecordTableRow, data_dir: Path
 
 
 def _example_zip_path(table_row: RecordTableRow, example_name: str) -> Path:
-    """Return the path of an example record's zip file in the package; a MissingDataError for an unknown name."""
+    """Return the path of an example record's zip file in the package; raise a MissingDataError for an unknown name."""
     folder = Path(__file__).parent / "examples"
     path = folder / f"{example_name}.zip"
     if not path.is_file():
@@ -269,7 +269,7 @@ def _archive_members_with_stem(archive_file: SourceFile, file_stem: str) -> list
 def _missing_record_files_error(
     table_row: RecordTableRow, data_dir: Path, missing_source_names: list[str]
 ) -> MissingDataError:
-    """Return an error that names the missing files of a record, the folder searched, and their source."""
+    """Return an error that names the missing files of a record, the folder searched, and how to get the files."""
     which, remedy = f"{' '.join(missing_source_names)} is", "put the file there, or name the folder in the config"
     if table_row.format in ("k-net", "kik-net"):
         remedy = (

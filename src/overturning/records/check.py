@@ -76,7 +76,7 @@ def check_records_in_files(
 def _read_components_of_chosen_sensor_and_refusals(
     source_files: Sequence[SourceFile], user_declared_properties: DeclaredFileProperties
 ) -> tuple[list[RecordComponent], list[RecordCheckResult]]:
-    """Read the components of the sensor that the user chose (default: all); return also a result per refused file."""
+    """Return the components of the sensor that the user chose (default: all), and a result for each refused file."""
     components: list[RecordComponent] = []
     others: list[RecordComponent] = []
     refused = []

@@ -18,10 +18,10 @@ from overturning.records.source import SourceFile
 
 
 def find_vertical_by_elimination(components: "Sequence[RecordComponent]") -> "RecordComponent | None":
-    """Return the component that must be vertical because the other two are horizontal; None if this is unclear.
+    """Return which of three components is vertical because the other two are horizontal; None if this is unclear.
 
-    Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3
-    (``HN3``). None if there is no such component.
+    Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3, and
+    the vertical one has the 3 (``HN3``).
     """
     unknown = [c for c in components if c.azimuth_deg is None and not c.vertical_sense]
     if len(components) != 3 or any(c.vertical_sense for c in components):
@@ -112,7 +112,7 @@ class PeakStatedInFileHeader:
     def from_signed_acceleration(
         cls, signed_acceleration_m_s2: float, last_digit_unit_to_peak_ratio: float, line_number: int | None = None
     ) -> "PeakStatedInFileHeader":
-        """Create a header peak from its acceleration with sign, and the last printed digit's unit as a share of it."""
+        """Create a header peak from a signed acceleration, m/s², and the ratio last printed digit's unit / peak."""
         sign, peak = (signed_acceleration_m_s2 > 0) - (signed_acceleration_m_s2 < 0), abs(signed_acceleration_m_s2)
         return cls(peak, last_digit_unit_to_peak_ratio * peak, line_number=line_number, sign=sign)
 
@@ -156,7 +156,7 @@ class RecordComponent:
     ) -> "RecordComponent":  # fmt: skip
         """Create a component from the samples along one axis of a file; ``direction`` is azimuth and vertical sense.
 
-        Longitudes above 180° become negative. A place off the globe is left out, with a note.
+        Station longitudes above 180° become negative. Impossible coordinates are left out, with a note.
         """
         latitude, longitude = normalise_coordinates(*station_latitude_longitude_deg)
         if latitude is None and None not in station_latitude_longitude_deg:
@@ -192,7 +192,7 @@ class RecordComponent:
 
 
 def _samples_for_header_peak_comparison(component: RecordComponent) -> FloatArray:
-    """Return samples (m/s²) to compare with the header's peak; their mean is removed if it was for that peak."""
+    """Return samples, m/s², to compare with the header's peak, less their mean if the header's peak is without it."""
     samples, stated = component.acceleration, component.header_peak
     return samples - samples.mean() if stated is not None and stated.is_after_mean_removal else samples
 
@@ -207,7 +207,7 @@ def checked_relative_header_peak_difference(
 ) -> float | None:
     """Return |peak of samples − peak in header| / peak in header of a component; None if the header has no peak.
 
-    Call ``report_contradiction_and_remedy`` and return None if they differ by more than 0.5 % and by more than
+    Call ``report_contradiction_and_remedy`` and return None if the two peaks differ by more than 0.5 % and by more than
     half a unit of the header's last digit, or if no sample of this size has the sign that the header states.
     """
     stated, peak = component.header_peak, peak_acceleration_comparable_to_header(component)
@@ -240,7 +240,7 @@ MAX_DEVIATION_FROM_RIGHT_ANGLE_WITHOUT_NOTE_DEG = 5.0
 
 
 def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[str]:
-    """Return a note if the angle between the first two components, which are horizontal, is not within 5° of 90°."""
+    """Return a note if the first two components, which are horizontal, are over 5° from a right angle; else []."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
     apart = angle_between_azimuths(second, first)
     if abs(apart - 90.0) <= MAX_DEVIATION_FROM_RIGHT_ANGLE_WITHOUT_NOTE_DEG:
@@ -250,7 +250,7 @@ def non_perpendicular_axes_notes(components: Sequence[RecordComponent]) -> list[
 
 
 def agency_processing_metadata(components: Sequence[RecordComponent]) -> dict[str, str]:
-    """Return the agency's processing of the axes as metadata (`Record.extra`): one text if it is equal for all axes."""
+    """Return the agency's processing as metadata for `Record.extra`, by axis if the axes differ; {} if not stated."""
     done = {c.axis_name_in_file: str(c.extra_metadata.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}

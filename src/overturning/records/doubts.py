@@ -42,8 +42,8 @@ def sample_quality_notes(
 ) -> list[str]:
     """Return notes on dead, clipped or identical axes of a record and on an implausible sampling interval.
 
-    ``report_contradiction_and_remedy``, which refuses the record unless the user trusts its data, is called for a
-    sampling interval that fails at least two of the plausibility checks.
+    If the sampling interval fails at least two plausibility checks, ``report_contradiction_and_remedy`` is called
+    instead; it refuses the record unless the user trusts its data.
     """
     notes = [
         *_doubtful_sampling_interval_notes(components, report_contradiction_and_remedy),
@@ -87,9 +87,9 @@ def _peak_after_mean_removal(component: RecordComponent) -> float:
 def report_dead_horizontal_axis(
     components: Sequence[RecordComponent], report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> None:
-    """Report a contradiction, by ``report_contradiction_and_remedy``, if a horizontal axis is dead.
+    """Call ``report_contradiction_and_remedy`` if a horizontal axis of a record is dead.
 
-    The peak of a dead axis, from its mean, is below 1/100 of that of another axis.
+    An axis is dead if its peak, measured from its mean, is below 1/100 of the peak of another axis.
     """
     if len(components) < 2 or any(c.vertical_sense for c in components[:2]):
         return
@@ -116,7 +116,7 @@ def _implausibly_weak_vertical_axis_notes(components: Sequence[RecordComponent])
 def _doubtful_sampling_interval_notes(
     components: Sequence[RecordComponent], report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> list[str]:
-    """Return a note if the sampling interval fails one plausibility check; report a contradiction if several."""
+    """Return a note if the sampling interval fails one plausibility check; report a contradiction if it fails more."""
     first = components[0]
     doubts = reasons_to_doubt_sampling_interval([c.acceleration for c in components[:2]], first.sampling_interval)
     if not doubts:

@@ -35,7 +35,7 @@ def call_with_retries(
     first_pause_s: float,
     partial_data_note: str = "nothing was kept",
 ) -> Any:
-    """Send a request and return its result; after errors repeat it, with pauses (s) that double each time.
+    """Call `send_request` until it succeeds, at most `max_tries` times, and return its result; pauses (s) double.
 
     ArgumentError and MissingDataError are raised at once. Raises a RecordError after the last try.
     """
@@ -65,10 +65,10 @@ def fetch_url(
 ) -> Path:
     """Download a file by http or https into a folder, unless the folder has it already; return its path.
 
-    The folder is created if missing. A partial download stays in the folder as ``.NAME.part`` and is resumed; the
-    target appears only when complete and with the right SHA-256. Its default name is the last part of the URL's path.
-    There are `max_tries` tries with a pause of `first_pause_s` that doubles; `timeout_s` is the longest silence of the
-    server.
+    The folder is created if missing. A partial download stays in the folder as ``.NAME.part`` and is resumed; the file
+    gets its name only when it is complete and has the right SHA-256. By default, `name` is the last part of the URL's
+    path. There are at most `max_tries` tries. The pause between them is first `first_pause_s` and doubles each time.
+    `timeout_s` is the longest time, s, for which the server may send nothing.
 
     Raises
     ------

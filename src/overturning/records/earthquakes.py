@@ -63,7 +63,7 @@ class _EarthquakeMetadataOfRecord:
     is_synthetic: bool = False
 
     def is_same_earthquake_if_known(self, other_record_metadata: "_EarthquakeMetadataOfRecord") -> bool | None:
-        """Return whether two records are of one earthquake, by ids or origin times; None if these do not decide it."""
+        """Return whether two records are of one earthquake, by event ids or origins; None if these are unknown."""
         if self.event_id and other_record_metadata.event_id:
             return self.event_id == other_record_metadata.event_id
         if self.origin_time_utc is None or other_record_metadata.origin_time_utc is None:
@@ -203,13 +203,14 @@ class RecordEarthquakesAndAssignmentNotes:
 def assign_records_to_earthquakes(records: Iterable[Record | RecordTableRow]) -> RecordEarthquakesAndAssignmentNotes:
     """Assign each record of a study to an earthquake; return one label per record, and notes on doubts.
 
-    If two records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and
-    epicentres within 100 km if both are known, are of one earthquake; records with other origins are not, whatever
-    their names. If an origin is unknown, equal names (ignoring case) mean one earthquake. Records without any of these
-    count as one earthquake, so that no interval becomes too narrow.
+    Two records that have an ``event_id`` (record table) are of one earthquake if the ids are equal. Otherwise, two
+    records with origin times are of one earthquake if these are within 60 s and the epicentres, if both are known,
+    within 100 km; their names do not matter. If an origin time is unknown, equal names (ignoring case) mean one
+    earthquake. Records without id, origin time and name count as one earthquake, so that no confidence interval over
+    earthquakes becomes too narrow.
 
-    Labels are in the order of the records. Doubts are: similar names without different dates, records of two names that
-    start together, one name with several origins, and records of one name that start more than an hour apart.
+    Labels are in the order of the records. Doubts are: similar names without different dates, records with two names
+    that start together, one name with several origins, and records with one name that start more than an hour apart.
     """
     known = [_earthquake_metadata_of_record(record) for record in records]
     found: list[_RecordsOfEarthquake] = []
@@ -266,9 +267,9 @@ def _notes_on_earthquakes_with_several_names(earthquakes: list[_RecordsOfEarthqu
 
 
 def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a warning for each earthquake with several records without name, or records of one name over 1 h apart.
+    """Yield a warning for each earthquake with several nameless records, or with records that start over 1 h apart.
 
-    Records with an id or an origin time of the earthquake, and synthetic ones, are certain.
+    Records with an event id or an origin time, and synthetic ones, are certain and cause no warning.
     """
     for one in earthquakes:
         loose = [
@@ -299,7 +300,7 @@ def _warnings_on_records_of_uncertain_earthquake(earthquakes: list[_RecordsOfEar
 
 
 def _notes_on_names_shared_by_earthquakes(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a note for each name shared by records whose different origin times make them different earthquakes."""
+    """Yield a note for each name that several earthquakes with different origins, without event ids, have in common."""
     of_name: dict[str, list[_RecordsOfEarthquake]] = {}
     for one in earthquakes:
         if one.name_or_id_or_origin_time and not any(
@@ -324,7 +325,7 @@ def _format_first_three_record_ids(metadata_of_records: list[_EarthquakeMetadata
 
 
 def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEarthquake]) -> Iterable[str]:
-    """Yield a warning for each two earthquakes that may be the same, by similar names or record start times."""
+    """Yield a warning for each pair of earthquakes that may be one: similar names, or records that start together."""
     named = [
         (one, _name_words_year_and_day_month(one))
         for one in earthquakes
@@ -356,7 +357,7 @@ def _warnings_on_earthquakes_possibly_identical(earthquakes: list[_RecordsOfEart
 
 
 def _name_words_year_and_day_month(earthquake: _RecordsOfEarthquake) -> tuple[str, str, tuple[int, ...]]:
-    """Return an earthquake's name in three parts: words, year, and day and month (the smaller number first)."""
+    """Return the words, the two-digit year, and the sorted numbers of day and month in an earthquake's name."""
     name = earthquake.name_or_id_or_origin_time.casefold()
     year: str = ""
     day: tuple[int, ...] = ()
@@ -375,9 +376,10 @@ def _may_name_same_earthquake(
     words_year_and_day_month_of_first_name: tuple[str, str, tuple[int, ...]],
     words_year_and_day_month_of_second_name: tuple[str, str, tuple[int, ...]],
 ) -> bool:
-    """Return True if two names, as words and date, may mean one earthquake.
+    """Return True if two names, each as words, year, and day with month, may mean one earthquake.
 
-    Their words are similar, and neither days nor numbers differ. If a name has no words, the days must be equal.
+    The words of the names must be similar, and days, or numbers among the words, must not differ. If a name has no
+    words, the days must be equal.
     """
     (words, _, day), (others, _, other_day) = (
         words_year_and_day_month_of_first_name,

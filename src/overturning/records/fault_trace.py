@@ -9,7 +9,7 @@ FaultTracePiecesInLatLonDeg: TypeAlias = tuple[tuple[tuple[float, float], ...], 
 def parse_fault_trace(fault_trace_text: str) -> FaultTracePiecesInLatLonDeg:
     """Return the pieces of a fault trace from text such as ``40.71 29.34, 40.73 29.52; 40.71 29.61, 40.75 29.88``.
 
-    Raises a ValueError that names a point that is none, is off the globe, or is alone in its piece.
+    Raises a ValueError that names an invalid point, a point off the globe, or a piece of one point.
     """
     pieces = []
     for piece in filter(str.strip, fault_trace_text.split(";")):

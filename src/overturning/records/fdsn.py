@@ -66,10 +66,10 @@ def fetch_fdsn_record(
 ) -> list[Path]:
     """Download a MiniSEED file and its StationXML from an FDSN server into a folder; return their paths.
 
-    Files that exist are not downloaded again. The folder is created if missing. Both answers are read before they are
-    saved, so a cut or wrong answer leaves no file. ``max_tries``, ``timeout_s`` and ``first_pause_s`` apply per
-    file, see `fetch_url`. ``report_missing_window_part`` gets a message on each part of the window that the server does
-    not have.
+    Existing files are not downloaded again. A missing folder is created. Each answer is parsed before it is saved, so
+    an incomplete or wrong answer leaves no file. ``max_tries``, ``timeout_s`` and ``first_pause_s`` apply to each
+    request, see `fetch_url`. ``report_missing_window_part`` is called with a message for each channel that does not
+    fill the time window.
 
     Raises
     ------

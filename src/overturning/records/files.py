@@ -78,7 +78,7 @@ def read_components(
 def _unpacked_files_with_their_archives(
     files_and_archives: Iterable[SourceFile],
 ) -> Iterator[tuple[SourceFile, SourceFile]]:
-    """Yield all files, archives unpacked, each in a pair with its archive; a file outside an archive with itself."""
+    """Yield pairs of a file and the archive that it is unpacked from; a file outside archives is paired with itself."""
     for file in files_and_archives:
         for member in unpack_archive(file) if is_archive(file.data) else [file]:
             yield member, file
@@ -96,7 +96,7 @@ def _read_file_components(
     required_format_or_none: RecordFileFormat | None,
     user_declared_properties: DeclaredFileProperties,
 ) -> list[RecordComponent]:
-    """Read the components of one file; its format is the required one, or detected from the content if that is None."""
+    """Read the components of one file in the required format, or, if None is required, in the detected format."""
     if not source_file.data.strip(b"\0 \r\n\t"):
         raise RecordError(f"{source_file.name}: the file is empty; get it again")
     if (
@@ -117,9 +117,9 @@ def _drop_raw_versions_and_add_omission_notes(
     pairs_of_file_and_archive: Sequence[tuple[SourceFile, SourceFile]],
     omission_reason_by_file: Mapping[SourceFile, str],
 ) -> list[RecordComponent]:
-    """Omit raw components of an archive that it also contains in processed form; add notes on all omitted files.
+    """Drop raw components that their archive also holds processed; add notes on omitted files to the others.
 
-    Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
+    Agencies deliver a record in up to three volumes: raw (1), processed (2), spectra (3).
     """
     archive = {member.sha256: file for member, file in pairs_of_file_and_archive if member is not file}
     raw, processed = (
@@ -141,7 +141,7 @@ def _drop_raw_versions_and_add_omission_notes(
 def _copy_with_omission_notes(
     component: RecordComponent, names_and_reasons_of_omitted_files: Sequence[tuple[str, str]]
 ) -> RecordComponent:
-    """Return a copy of a component with notes on omitted files: on those with its stem, or on all if none has it."""
+    """Return a copy of a component with notes on omitted files: those with the stem of its file, or else all."""
     own = [
         one
         for one in names_and_reasons_of_omitted_files

@@ -9,9 +9,10 @@ from overturning.records.window import MAX_START_OR_DURATION_DIFFERENCE_S
 def group_components_by_record(components: Iterable[RecordComponent]) -> list[list[RecordComponent]]:
     """Group components by record; return a list of components per record, in order of first appearance.
 
-    Components of one record have the same format, network, station, place, event, sensor with its SEED band (HN of HNE)
-    and location, and starts at most 0.5 s apart. Components without metadata (declared columns) belong to one record if
-    they are in one file. The second occurrence of an axis begins another record.
+    Components of different files belong to one record if they have equal format, network, station, coordinates, event,
+    processing state, sensor (surface or borehole), sensor location and SEED band and instrument (HN of HNE), and start
+    at most 0.5 s apart; or, for declared columns, if their file names have the same key. In one file, format,
+    coordinates, event, processing and start may differ. The second occurrence of an axis begins another record.
     """
     groups: list[list[RecordComponent]] = []
     for component in components:
@@ -44,7 +45,10 @@ def belongs_to_record(record_components: Sequence[RecordComponent], component: R
 
 
 def _have_equal_record_metadata(first_component: RecordComponent, second_component: RecordComponent) -> bool:
-    """Return True if format, station, event, place, sensor and processing state are equal, and starts within 0.5 s."""
+    """Return True if two components agree in the metadata of their record, and start at most 0.5 s apart.
+
+    The metadata are format, network, station, its coordinates, event, sensor (surface or borehole) and processing.
+    """
     alike = (
         "format_name",
         "station",

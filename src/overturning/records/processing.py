@@ -31,8 +31,8 @@ def default_processing_steps(record: Record, highpass_corner_hz: float | Literal
 
     Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
     of a short record), zero-phase Butterworth high-pass of order 2 at ``highpass_corner_hz``; with "auto", at the
-    corner that `choose_highpass_corner_hz_and_reason` finds from the noise before the onset. A `RecordError` refuses a
-    raw record of so few samples that a taper of 5 % has none.
+    corner that `choose_highpass_corner_hz_and_reason` finds from the noise before the onset. Raises a
+    `RecordError` for a raw record so short that a taper of 5 % contains no sample.
     """
     if record.extra.get("processed", False):
         return ()
@@ -48,7 +48,7 @@ def default_processing_steps(record: Record, highpass_corner_hz: float | Literal
 def process_record(record: Record, steps: Sequence[Step] | None, site: SoilSite | None = None) -> Record:
     """Process a record by the given steps in order; then compute its motion on top of a site's soil layers, if given.
 
-    The default steps are those of `default_processing_steps`. ``processing`` of the returned record has one more entry
+    If ``steps`` is None, they are `default_processing_steps`. ``processing`` of the returned record has one more entry
     per step: the step's parameters and, under ``effect``, the largest PGA (m/s²), PGV (m/s) and PGD (m) of north and
     east before and after. Raises a `RecordError` if a step does not fit the record (corner above the Nyquist frequency,
     cut beyond its end…), or if the result has implausible amplitudes.
@@ -95,7 +95,7 @@ def _copy_with_processing_entry_and_shifted_start(
     note_on_parameter_choice: str,
     start_shift_to_later_s: float = 0.0,
 ) -> Record:
-    """Return a copy of `record_after` with another start and an entry on a step: parameters, peaks before and after."""
+    """Return a copy of `record_after` with the start time shifted, and a processing entry for the step added."""
     peaks = [
         largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)
         for record in (record_before, record_after)
@@ -112,9 +112,10 @@ def _copy_with_processing_entry_and_shifted_start(
 def choose_highpass_corner_hz_and_reason(record: Record) -> tuple[float, str]:
     """Choose the corner frequency of a record's high-pass filter from its noise; return it (Hz) and the reason.
 
-    The corner is the lowest frequency above which, up to the frequency of the largest ratio, the signal of both
-    horizontal components is three times the noise before the onset and the permanent offset. Without usable noise, or
-    if the noise is too short for the default corner and the signal exceeds it everywhere, it is the default.
+    The signal-to-noise ratio is the lower one of north and east; the noise is that before the onset plus the permanent
+    offset. The corner is the lowest frequency from which the ratio is at least 3 up to the frequency of its maximum. If
+    it is at least 3 from the lowest frequency of the spectrum on, the corner is that frequency, at most 0.1 Hz. Without
+    usable noise the corner is 0.1 Hz; if the ratio is below 3 everywhere, 1 Hz. It is kept within 0.03 to 1 Hz.
     """
     if not (np.ptp(record.north) or np.ptp(record.east)):
         return FALLBACK_HIGHPASS_CORNER_HZ, "no horizontal motion"

@@ -58,7 +58,7 @@ class HarmonicPulse(_PulseBaseClass):
 class RickerPulse(_PulseBaseClass):
     """Ricker (1943) pulse of period T: a = A (1 − 2x²) exp(−x²), where x = π (t − t₀)/T.
 
-    It is zero for |t − t₀| > 1.6 T.
+    The pulse is centred at t₀, and zero for |t − t₀| > 1.6 T.
     """
 
     shape: Literal["ricker"] = "ricker"
@@ -78,7 +78,7 @@ class MavroeidisPapageorgiouPulse(_PulseBaseClass):
     """Near-fault pulse of Mavroeidis & Papageorgiou (2003, BSSA 93, 1099-1131), equation 3.
 
     The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with
-    f = 1/T. The amplitude is A = V ω, so V = A T/(2π); the acceleration is the derivative of v.
+    f = 1/T and the middle of the pulse t₀. The acceleration is its derivative. ``amplitude_gal`` is A = 2πf V.
     """
 
     shape: Literal["mavroeidis-papageorgiou"] = "mavroeidis-papageorgiou"
@@ -119,11 +119,11 @@ class ConstantPulse(_PulseBaseClassWithDuration):
 
 
 class NoisePulse(_PulseBaseClassWithDuration):
-    """Pulse of band-limited white noise, multiplied by a cosine bell over its duration.
+    """Pulse of band-limited white noise, multiplied by a cosine bell over its duration D.
 
-    a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency
-    has the same amplitude, and the phases φ_k come from the seed by SHA-256, so that the burst is the same with every
-    version of every library. A is the root mean square without the bell.
+    a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with the N frequencies f_k = k/D from ``low_hz`` to
+    ``high_hz``, all of the same amplitude. The phases φ_k come from the seed by SHA-256, so that the pulse is the same
+    with every version of every library. Without the bell, the root mean square of a would be A.
     """
 
     shape: Literal["noise"] = "noise"
@@ -169,7 +169,7 @@ PULSE_SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant
 def parse_pulse(pulse_text: str) -> Pulse:
     """Parse a pulse from text such as ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
 
-    A ConfigError names the wrong word, its value and the bound.
+    Raises a ConfigError that names each invalid parameter, its value and the bound.
     """
     shape, *rest = pulse_text.split() or [""]
     values = {"shape": shape}

@@ -173,7 +173,7 @@ def read_record_without_processing(
     user_declared_properties: DeclaredFileProperties | None = None,
     record_id: str | None = None,
 ) -> Record:
-    """Read a record without processing: from one file and those of its record next to it, or from several files."""
+    """Read a record without processing: from several files, or from one and others of its record in the folder."""
     user_declared_properties = user_declared_properties or DeclaredFileProperties()
     several = path if isinstance(path, Sequence) and not isinstance(path, str | bytes) else [path]
     paths = [convert_argument_to_path("paths", one) for one in several]
@@ -251,9 +251,10 @@ def read_components_and_paths_of_file_and_siblings(
 
 
 def _check_file_order_fits_declared_azimuths(path: Path, components: Sequence[RecordComponent]) -> None:
-    """Raise a RecordError if the files are not in the order by which user-given azimuths are assigned to axes.
+    """Raise a RecordError if the horizontal components are not in the order of their files' names.
 
-    Azimuths belong to the files of a record in their order; if only one file is named, it may not be the first.
+    Declared azimuths belong to the files in this order. If the user names one file only and it is not the first, the
+    azimuths would be assigned to the wrong axes.
     """
     third = find_vertical_by_elimination(components)
     files = [one.file_name for one in components if not is_vertical_component(one) and one is not third]
@@ -266,8 +267,8 @@ def _check_file_order_fits_declared_azimuths(path: Path, components: Sequence[Re
 def _may_be_of_same_record_by_name(path: Path, other_path: Path) -> bool:
     """Return True if two file names are so similar that the files may have components of the same record.
 
-    The names have the same stem and another extension, or the same length and differ in one stretch of at most three
-    characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
+    The names have the same stem and another extension, or the same extension and length and differ in one stretch of
+    at most three characters (``RSN1063_NORTHR_RRS228.AT2`` and ``RSN1063_NORTHR_RRS318.AT2``).
     """
     if other_path.stem == path.stem and len(other_path.suffix) <= 5:
         return True
@@ -290,8 +291,8 @@ def read(
     Parameters
     ----------
     paths : path or sequence of paths
-        One file (others of its record in the folder are read too), or the files of one sensor; the format goes by
-        content.
+        One file (others of its record in the folder are read too), or the files of one sensor; the content
+        tells the format.
     record_id : str, optional
         Name of the record; default: the first file's stem.
     processing : sequence of steps, optional
@@ -300,9 +301,10 @@ def read(
     **user_declared_properties
         What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal",
         or by file "a_n.txt=north:gal a_e.txt=east:gal"),
-        ``sampling_interval_s``, ``processed`` (columns do not say it), ``azimuths_deg`` of the two horizontal axes,
-        ``correction_deg`` that is added to azimuths, ``vertical_sense`` ("up", "down", "none"), ``sensor`` ("surface",
-        "borehole"), ``trust_data``, and ``format``, the only format allowed.
+        ``sampling_interval_s``, ``processed`` (True for corrected, False for raw samples; needed with ``columns``),
+        ``azimuths_deg`` of the two horizontal axes, ``correction_deg`` that is added to azimuths, ``vertical_sense``
+        ("up", "down", "none"), ``sensor`` ("surface", "borehole"), ``trust_data`` (True to accept contradictions and
+        implausible amplitudes), and ``format``, the only format allowed.
 
     Returns
     -------

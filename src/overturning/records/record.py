@@ -112,9 +112,8 @@ def largest_pga_pgv_pgd_of_components(
 ) -> dict[str, float]:
     """Return PGA (m/s²), PGV (m/s) and PGD (m), each from the horizontal component with the larger peak.
 
-    Samples are along the last axis of the accelerations, m/s²; their interval is in s. Velocity starts from zero.
-
-    The values are rounded to nine digits; the keys are ``pga``, ``pgv`` and ``pgd``.
+    The last axis of the accelerations, m/s², is time; the sampling interval is in s. Velocity and displacement start
+    from zero. The values have nine digits; their keys are ``pga``, ``pgv`` and ``pgd``.
     """
     velocity = integrate(acceleration_of_horizontal_components, sampling_interval)
     series = {
@@ -207,8 +206,8 @@ def processing_peaks_and_notes_of_record(record: Record) -> dict[str, Any]:
 
     Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of
     `process_record`), ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (see
-    `displacement_drift_evidence`), ``start``, ``duration_s`` (after processing), ``declared``, ``trusted``, and
-    ``notes`` if there are any.
+    `displacement_drift_evidence`), ``start``, ``duration_s`` (after processing), ``declared`` (properties that
+    the user states), ``trusted`` (contradictions that the user accepts), and ``notes`` if there are any.
     """
     effects = [step["effect"] for step in record.processing]
     now = largest_pga_pgv_pgd_of_components(record.horizontal_components, record.sampling_interval)

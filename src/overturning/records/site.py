@@ -19,8 +19,8 @@ STRAIN_BEYOND_CURVE_PHRASE: Final = "beyond the curve"
 class SoilSite(StrictModel):
     """Soil layers through which a study propagates the horizontal motion from rock to the surface.
 
-    Needs pystrata (group `soil`). Linear, or equivalent-linear if a layer has a curve. The vertical motion is
-    unchanged (`overturning.motion.soil`).
+    Needs pystrata (group `soil`). The analysis is linear, or equivalent-linear if a layer has a modulus-reduction
+    curve (`overturning.motion.soil`). The vertical motion is unchanged.
     """
 
     step: ClassVar[str] = "site"  # name in the processing of a record
@@ -33,7 +33,8 @@ class SoilSite(StrictModel):
     def propagate_record_to_surface_with_note(self, record: Record) -> tuple[Record, str]:
         """Compute the record's motion at the surface; return also a text on convergence and strain ("" if linear).
 
-        Raises a RecordError for a borehole record as outcropping rock: it contains waves reflected at the surface.
+        Raises a RecordError if a borehole record is taken for outcropping rock, because it contains waves that the
+        surface reflected; not if the user trusts the data.
         """
         if (
             self.motion == "outcrop"

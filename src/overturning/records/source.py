@@ -66,8 +66,8 @@ class SourceFile:
     def text(self) -> str:
         """Content of the file as text, decoded as UTF-8, else Shift-JIS (Japanese loggers), else Latin-1.
 
-        A file that begins with the byte-order mark of UTF-16 is decoded as that. Single accented letters of Latin-1 are
-        also valid Shift-JIS, so Shift-JIS needs several Japanese letters.
+        A file that begins with the byte-order mark of UTF-16 is decoded as UTF-16. Accented letters in Latin-1 can also
+        be valid Shift-JIS, so a file counts as Shift-JIS only if it has two or three Japanese letters in a row.
         """
         if self.data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             return self.data.decode("utf-16", errors="replace")
@@ -141,11 +141,12 @@ def read_source_file(path: Path) -> SourceFile:
 def unpack_archive(
     archive_file: SourceFile, *, _nesting_depth: int = 0, _remaining_byte_and_member_counts: list[int] | None = None
 ) -> Iterator[SourceFile]:
-    """Yield the files in a .tar, .tar.gz or .zip archive, and those of archives inside it; also a file in .gz or .bz2.
+    """Yield the files in a .zip or tar archive and in archives inside it, or the single file in a .gz or .bz2 file.
 
-    Members are unpacked in memory only. A RecordError refuses member names that point out of the archive, links,
-    devices, damage, more than two levels, and more than 200 MB in all. Sizes are counted while unpacking, because the
-    archive's directory may state wrong ones.
+    Members are unpacked in memory only. Raises a RecordError if the archive is damaged, if a member is a link or a
+    device or its name points out of the archive, if archives are nested more than twice, or if all members together
+    exceed 200 MB or `MAX_ARCHIVE_MEMBERS`. Sizes are counted while unpacking, because the archive's directory may
+    state wrong ones.
     """
     remaining = (
         _remaining_byte_and_member_counts
@@ -244,7 +245,7 @@ def _is_single_compressed_file(archive_file: SourceFile) -> bool:
 def _tar_members(archive_file: SourceFile) -> Iterator[_ArchiveMember]:
     """Yield the members of a tar file, without unpacking them.
 
-    A compressed file that holds no tar file is yielded as its only member, without the extension such as ``.gz``.
+    If the file is a single compressed file, its content is the only member, named without ``.gz`` or ``.bz2``.
     """
     if _is_single_compressed_file(archive_file):
         decompress = bz2.open if archive_file.data[:2] == b"BZ" else gzip.open

@@ -48,7 +48,7 @@ class _ProcessingStep(StrictModel):
 
 
 class RemoveMean(_ProcessingStep):
-    """Subtract from each component its mean over the given first seconds (before the earthquake), else over all."""
+    """Subtract from each component its mean over the first ``first_s`` s, or over the whole record if not given."""
 
     step: Literal["remove_mean"] = "remove_mean"
     first_s: float | None = Field(
@@ -124,18 +124,17 @@ class ButterworthFilter(_ProcessingStep):
         return np.ascontiguousarray(kept, dtype=np.float64)
 
     def _zero_count_padded_at_each_end(self, sampling_interval: float) -> int:
-        """Return the number of zeros to add at each end, for 1.5 order/corner seconds (Converse & Brady 1992)."""
+        """Return the number of zeros to add at each end; they last 1.5 order/corner seconds (Converse & Brady 1992)."""
         return math.ceil(1.5 * self.order / float(self.corner_hz) / sampling_interval)
 
 
 class Highpass(ButterworthFilter):
     """Butterworth high-pass filter, run forward and backward so that the phase is unchanged.
 
-    The record is padded with zeros at both ends, 1.5 n/f_c seconds each. The pads stay, because the filtered motion
-    extends into them and the velocity would drift without them; the record's start moves accordingly. The corner
-    ``auto`` is the frequency at which the signal exceeds the noise before the onset
-    (`overturning.records.processing`). An offset, which would be a step next to the zeros, is subtracted first unless
-    an earlier step removed it.
+    Zeros are added at both ends, each for 1.5 order/corner seconds. These pads are kept, because the filtered motion
+    extends into them and the velocity would drift without them; so the record starts earlier by one pad. The corner
+    ``auto`` is found from the noise before the onset (`overturning.records.processing`). A constant offset would make
+    a step next to the zeros. So it is subtracted before the filter, unless an earlier step removed it.
     """
 
     step: Literal["highpass"] = "highpass"
@@ -156,7 +155,7 @@ class Highpass(ButterworthFilter):
 def _estimate_constant_offset(acceleration: FloatArray, sampling_interval: float) -> float:
     """Estimate the constant offset of a component, m/s², from its mean and the medians of its first and last second.
 
-    The offset is the value closest to 0 of these three, and 0 if they differ in sign.
+    The offset is that of these three values which is closest to 0, or 0 if their signs differ.
     """
     end = max(1, round(1.0 / sampling_interval))
     levels = [float(np.median(acceleration[:end])), float(np.median(acceleration[-end:])), float(acceleration.mean())]
@@ -177,10 +176,10 @@ class Lowpass(ButterworthFilter):
 class Baseline(_ProcessingStep):
     """Baseline correction of the velocity by a published scheme, chosen by its name.
 
-    ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985): a line v = v0 + a_f t is fitted to the
-    end of the velocity; a_f is subtracted from the acceleration after t2, and between t1 and t2 the mean offset that
-    leads to that line. If t2 is not given, it is the time at which the fitted line is zero, and one step is subtracted
-    from there on (Boore's v0 correction).
+    ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985). A line v = v0 + a_f t is fitted to the
+    end of the velocity. The slope a_f is subtracted from the acceleration after t2. Between t1 and t2 a constant is
+    subtracted whose integral is the value of the line at t2. Without t1 and t2, a_f is subtracted from the time at
+    which the line is zero to the end (Boore's v0 correction).
     """
 
     step: Literal["baseline"] = "baseline"
@@ -191,7 +190,7 @@ class Baseline(_ProcessingStep):
 
     @model_validator(mode="after")
     def _check_time_order(self) -> "Baseline":
-        """Raise a ValueError unless the times t1, t2 and the start of the fit ascend."""
+        """Raise a ValueError if only one of t1 and t2 is given, or unless t1 < t2 ≤ start of the fit."""
         if (self.t1_s is None) != (self.t2_s is None):
             raise ValueError("t1_s and t2_s: give both or neither")
         if self.t1_s is not None and self.t2_s is not None and not self.t1_s < self.t2_s <= self.fit_from_s:

@@ -29,12 +29,12 @@ COLUMNS_OF_NEW_RECORD_TABLE = ("id", "format", "source", "station", "event", "fa
 def copy_files_and_add_record_to_table(
     paths: Sequence[Path], cell_text_by_column_name: dict[str, str], record_table_path: Path, record_folder: Path
 ) -> Record:
-    """Copy a record's files and add a row for them to the record table; return the record.
+    """Copy a record's files to ``record_folder`` and add a line for them to the record table; return the record.
 
-    The files (for a single file, also the others of its record) are read, copied to the folder of record files, and
-    named in a new line of the table. A missing table is created with the records of the package. Defaults of
-    ``id`` and ``source`` come from the files. Raises an `OverturningError` for an unknown column, an id that exists
-    already, or a file that is missing or cannot be read; nothing is written then.
+    If ``paths`` has one file and no ``source`` is given, the other files of its record are found and included. A
+    missing table is created with the lines of the package's table. Defaults of ``id`` and ``source`` are made of the
+    file names. Raises an `OverturningError` for an unknown column, an id that exists already, or a file that is missing
+    or cannot be read; nothing is written then.
     """
     _check_files_and_columns_exist(paths, cell_text_by_column_name)
     stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
@@ -109,7 +109,7 @@ def earthquake_and_duplicate_notes_on_new_record(
 ) -> list[str]:
     """Return notes on a new record of the record table: doubtful earthquake, or same samples as another record.
 
-    Of other records whose files cannot be read, only the lines of the table are compared.
+    For other records whose files cannot be read, only the earthquake is compared, from their lines of the table.
     """
     others = [
         _read_record_or_return_row(entry, record_folder)

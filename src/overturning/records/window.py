@@ -25,7 +25,7 @@ MAX_STATION_COORDINATE_MISMATCH_KM = 1.0
 
 
 class AssemblyRefusalCollector(RecordRefusalReasonCollector):
-    """Collector of reasons to refuse components as one record, and of contradictions the user accepts."""
+    """Collector of reasons why components cannot form one record, and of contradictions that the user accepts."""
 
     def __init__(self, *, accept_contradictions: bool) -> None:
         super().__init__()
@@ -49,10 +49,11 @@ def check_and_cut_to_common_window(
 ) -> list[RecordComponent]:
     """Check that components belong to one record, and cut them to the time window that all of them cover.
 
-    Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
-    RecordError if the rates differ, or the starts by more than 0.5 s. Lengths may differ in one file, because recorders
-    stop channels one after another. Different lengths of several files, different stations, earthquakes, sensors or
-    places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
+    Differences of start are rounded to whole samples, so that a shift of up to half a sample remains. Raises a
+    RecordError if sampling intervals differ, or starts by more than 0.5 s. Components of one file may differ in length,
+    because recorders stop channels one after another. Different lengths in several files, different stations,
+    earthquakes, sensors or places, and a mixture of raw and processed data are contradictions: they raise a RecordError
+    unless the user sets ``trust_data``.
     """
     _check_components_belong_to_one_record(components, refusals_out)
     interval = _common_sampling_interval(components)
@@ -175,7 +176,7 @@ def _check_peak_in_common_window(
 ) -> None:
     """Report a contradiction if the peak in the common time window is below 80 % of the peak of the whole component.
 
-    Both peaks are counted from the mean of the whole component.
+    A peak is the largest distance of a sample from the mean of the whole component.
     """
     for component, kept in zip(components_before_cut, components_in_common_window, strict=True):
         level = component.acceleration.mean()
@@ -198,7 +199,7 @@ def common_window_processing_entries(
     north_acceleration_in_common_window: FloatArray,
     east_acceleration_in_common_window: FloatArray,
 ) -> tuple[dict[str, Any], ...]:
-    """Return a tuple with the entry of `Record.processing` on the cut to the common window; () if nothing is cut."""
+    """Return the entry for `Record.processing` that describes the cut to the common window; () if nothing was cut."""
     sizes = {c.axis_name_in_file: c.acceleration.size for c in components_before_cut}
     kept, interval = components_in_common_window[0].acceleration.size, components_in_common_window[0].sampling_interval
     left_out = max(sizes.values()) - kept

@@ -67,9 +67,9 @@ def svg_path_by_study_figure_name(figures_folder: Path) -> dict[str, Path]:
 def write_translated_figures(
     figure_path_by_name: dict[str, Path], output_folder: Path, language: str
 ) -> dict[str, Path]:
-    """Write copies of figure files, with their texts translated from English, into a folder; return them by name.
+    """Write copies of SVG figures with their English texts translated, into a folder; return their paths by name.
 
-    For English, the files themselves are returned, whatever their language.
+    For English nothing is written, and `figure_path_by_name` is returned.
     """
     if language == ENGLISH:
         return figure_path_by_name
@@ -157,7 +157,7 @@ _REQUIREMENT_BY_FIGURE: Final = {
 
 
 def write_report_only_figures(results: StudyResults, findings: Findings, output_folder: Path) -> dict[str, Path]:
-    """Write the figures that only the report shows, and phone versions, into a folder; return their paths by name."""
+    """Write figures that only the report shows, and figures for phones, into a folder; return their paths by name."""
     draw: dict[str, Callable[[], Figure]] = {}
     for kind, functions in FIGURES_DRAWN_WITH_REPORT.items():
         for number, function in enumerate(functions(results, findings), 1):

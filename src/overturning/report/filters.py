@@ -26,7 +26,7 @@ def format_number(value: float | None, decimals: int = 2) -> str:
 
 
 def format_with_all_integer_digits(value: float | None, significant_digits: int = 2) -> str:
-    """Format a number with significant digits, and all digits before the decimal point: 0.29, 6.3, 120."""
+    """Format a number with `significant_digits` digits, but all those before the decimal point: 0.29, 6.3, 120."""
     if _is_none_or_nan(value) or value == 0 or math.isinf(value or 0.0):
         return format_number(value, 0)
     return format_number(value, max(0, significant_digits - 1 - math.floor(math.log10(abs(value or 1.0)))))
@@ -63,9 +63,9 @@ def format_at_least_three_significant_digits(value: float | None) -> str:
 
 
 def format_whole_degrees(angle_deg: float | None, angle_wrapping_period_deg: int = 0) -> str:
-    """Format an angle as whole degrees; with `angle_wrapping_period_deg` (180 or 360), as the angle below that.
+    """Format an angle as whole degrees, modulo `angle_wrapping_period_deg` (180 or 360) unless it is 0.
 
-    Half a degree is rounded away from 0, so that 22.5°, half an octant, is 23° whatever its last binary digit is.
+    Half a degree is rounded away from 0, with a tolerance: 22.5° (half an octant) is 23° in spite of rounding errors.
     """
     if _is_none_or_nan(angle_deg) or angle_deg is None:
         return NO_VALUE
@@ -81,7 +81,7 @@ def has_interval(estimate: Estimate) -> bool:
 def format_interval(
     estimate: Any, decimals: int = 2, factor_on_interval_ends: float = 1.0, *, word_between_ends: str
 ) -> str:
-    """Format the interval of an estimate as 0.1 to 0.4, with `word_between_ends` in the language of the report."""
+    """Format an estimate's interval, such as 0.1 to 0.4; `word_between_ends` is " to " in the report's language."""
     if _is_none_or_nan(estimate.low):
         return NO_VALUE
     low, high = (format_number(factor_on_interval_ends * end, decimals) for end in (estimate.low, estimate.high))
@@ -114,7 +114,7 @@ def format_fragility_median_or_interval(
     decimals = _decimals_of_fragility_median_and_interval(fragility_curve)
 
     def format_value_or_bound_if_outside_data(median_or_interval_end: float | None) -> str:
-        """Format a value, or "> 1.4" for infinity and "< 0.2" for 0, which lie outside the data."""
+        """Format a value; ∞ becomes "> 1.4" (largest value of the data), and 0 "< 0.2" (smallest value)."""
         if _is_none_or_nan(median_or_interval_end) or median_or_interval_end is None:
             return NO_VALUE
         if math.isinf(median_or_interval_end):
@@ -137,7 +137,11 @@ def format_fragility_median_or_interval(
 
 
 def _decimals_of_fragility_median_and_interval(fragility_curve: Any) -> int:
-    """Return the decimals that show two significant digits of half an interval's width (without one: of the value)."""
+    """Return the number of decimals with which a fragility median and its interval are shown.
+
+    They show two significant digits of half the interval's width; without a finite interval, two of the smallest
+    positive value.
+    """
     ends = [
         bound
         for bound in (fragility_curve.low, fragility_curve.high, fragility_curve.median)

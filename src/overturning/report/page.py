@@ -225,9 +225,10 @@ def _html_of_table_head_or_body(table_head_or_body: SyntaxTreeNode) -> str:
 def _embedded_figure_html(
     figure_path: Path, alternative_text: str, unique_id_prefix: str, loads_images_lazily: bool
 ) -> str:
-    """Return the HTML that embeds a figure file in the page: an SVG as element with unique ids, else image data.
+    """Return the HTML that embeds a figure file: an SVG as ``svg`` element with unique ids, a PNG as image data.
 
-    If `loads_images_lazily` (inside a fold), an SVG is also embedded as image data, so that the page is lighter.
+    If `loads_images_lazily` (in a collapsible section), an SVG is embedded as image data too, so that the page is
+    lighter.
     """
     if figure_path.suffix != ".svg" or loads_images_lazily:
         kind = "svg+xml" if figure_path.suffix == ".svg" else "png"

@@ -91,7 +91,7 @@ def compile_report_pdf(
 def _installed_japanese_fonts_if_needed(
     document_title: str, pdf_blocks: list[dict[str, Any]], figure_paths: Iterable[Path]
 ) -> list[str]:
-    """Return installed fonts for Japanese characters in the report's texts or figures; [] if it has none of them."""
+    """Return installed fonts for Japanese characters in the report's texts or figures; [] if there are none."""
     texts = (
         document_title,
         json.dumps(pdf_blocks, ensure_ascii=False),

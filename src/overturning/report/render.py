@@ -35,9 +35,9 @@ class ReportMedia:
     Attributes
     ----------
     films : sequence
-        Facts about each film, with the attributes ``name``, ``title``, ``block`` and ``panels``.
+        Texts about each film (`overturning.report.write.TextsAboutReportFilm`).
     figure_names_by_record : mapping of str to tuple of str
-        Names of the figures in the chapter of each record, by record.
+        Names of the figures in the chapter of each record, by record id.
     explorer_address : str
         Address of the explorer; empty if there is none.
     station_map_names : sequence of str
@@ -129,8 +129,8 @@ def escape_markdown(template_value: Any) -> Markup:
 def parse_markdown_and_number_figures_and_tables(markdown_text: str) -> SyntaxTreeNode:
     """Parse the report's Markdown to a syntax tree; number figures and tables outside collapsible sections.
 
-    A paragraph with nothing but an image becomes a node with ``meta["figure"]``: its number, None inside a fold. A
-    container ``table`` or ``sortable`` has the number of its table in ``meta["table"]``.
+    The number is stored in ``meta["figure"]`` of a paragraph that contains only an image, and in ``meta["table"]`` of a
+    container ``table`` or ``sortable``. It is None in a container ``fold``, ``page`` or ``paper``.
     """
     parser = MarkdownIt("commonmark", {"html": False}).enable("table").use(attrs_block_plugin)
     for name in MARKDOWN_CONTAINER_NAMES:
@@ -153,7 +153,7 @@ def parse_markdown_and_number_figures_and_tables(markdown_text: str) -> SyntaxTr
 def _nodes_and_whether_collapsed_or_in_one_format(
     node: SyntaxTreeNode, node_is_collapsed_or_in_one_format: bool = False
 ) -> Iterator[tuple[SyntaxTreeNode, bool]]:
-    """Yield the nodes of a Markdown tree, each with True if collapsed or shown only on the HTML page or in the PDF."""
+    """Yield each node of a Markdown tree, and True if it is collapsed or only on the HTML page or in the PDF."""
     for one in node.children:
         yield one, node_is_collapsed_or_in_one_format
         yield from _nodes_and_whether_collapsed_or_in_one_format(

@@ -83,10 +83,10 @@ def write_report(
     results_folder : Path
         Folder of the results.
     html_path, pdf_path : Path
-        Page, and PDF if it is wanted.
+        HTML page, and PDF (None: no PDF), that are written.
     study_with_question_and_surveys : Study, optional
-        Study from which title, question, surveys, population and settings of figures are taken; not given: that in
-        the folder.
+        Study from which title, question, surveys, population and settings of figures are taken; not given: the study
+        that is stored in `results_folder`.
     language : str, optional
         Language of the templates, one of `overturning.translation.texts.LANGUAGES`; not given: that of the study.
 

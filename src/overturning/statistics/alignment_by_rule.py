@@ -30,12 +30,13 @@ class FaultNormalAlignmentOfSelectedBlocks:
     rule : FallDirectionBlockSelectionRule
         Rule that selects the blocks.
     records_with_falls_and_fault_normal : int
-        Records with falls of these blocks and a known fault normal.
+        Number of records with falls of these blocks and a known fault normal.
     mean_cos_of_doubled_angle : MeanOverEarthquakes
-        Mean of cos 2Δ (Δ: angle from the fault normal to a fall) over the falls of a record, the records of an
-        earthquake, and earthquakes; 95 % interval.
+        Mean of cos 2Δ (Δ: angle from the fault normal to a fall) over the falls of a record, then over the records of
+        an earthquake, then over earthquakes; with its 95 % interval.
     mean_resultant_length_of_doubled_fall_axes : float
-        Largest possible mean of cos 2Δ: the same mean of the resultants of the doubled fall axes of each record.
+        Largest mean of cos 2Δ that any reference axes could give: mean, over records and then earthquakes, of the mean
+        resultant length of the doubled fall axes.
     """
 
     rule: FallDirectionBlockSelectionRule
@@ -52,10 +53,9 @@ def fault_normal_alignments_by_record_group(
 ) -> dict[str, list[FaultNormalAlignmentOfSelectedBlocks]]:
     """Compute the alignment of falls with the fault normal, for each group of records and each block selection rule.
 
-    The result has a list for each name of a group, with one entry for each rule of `block_selection_rules`.
-
-    Alignments are missing if the planes of the cube impose the axis of the falls
-    (`plane_azimuths_alone_impose_fall_axis`), and so are those of records whose unknown outcomes do
+    The result has a list for each name of a group, with one entry for each rule, in the order of
+    `block_selection_rules`. Alignments are NaN if the choice of simulated planes alone gives the falls a mean axis
+    (`plane_azimuths_alone_impose_fall_axis`). Records whose unknown outcomes may do so are left out
     (`unknown_outcomes_may_bias_fall_axis`).
 
     The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_fall_axes`, whose
@@ -98,7 +98,7 @@ def _count_falls_and_sum_fall_axes_by_selection_rule(
 ) -> xr.Dataset:
     """Count falls and sum cosines and sines of doubled fall azimuths, for each record and block selection rule.
 
-    The dimensions are (record, rule); cosines and sines of doubled fall axes are summed.
+    The result has the dimensions ``record`` and ``rule``.
     """
     model, share = default_model_of_same_kind_as_results_cube(cube), share_of_directions_with_overturning(cube)
     weighted = fall_weights_and_direction_components_by_case(cube).drop_vars(["direction_cosine", "direction_sine"])

@@ -122,11 +122,11 @@ def finite_statistics_of_bootstrap_samples(
 def interval_tail_share_for_few_earthquakes(earthquake_count: int, confidence_level: float = 0.95) -> float:
     """Return the share of bootstrap values to cut off at each end of an interval, corrected for few earthquakes.
 
-    Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom
-    (Hesterberg 2015, American Statistician 69, 371). The variance of bootstrap means of n values is (n − 1)/n of the
-    variance of their mean, and the percentile interval treats this variance as known. So the plain percentile interval
-    is too short: for the mean of n normal values its 95 % interval contains the true mean in 88 % of cases for n = 8,
-    and 91 % for n = 11.
+    The share is Φ(−√(n/(n − 1)) t), with the normal distribution function Φ and the (1 + level)/2 quantile t of
+    Student's distribution with n − 1 degrees of freedom (Hesterberg 2015, American Statistician 69, 371). The plain
+    percentile interval is too short, because the variance of bootstrap means of n values is only (n − 1)/n of the
+    estimated variance of the mean, and because this variance is treated as known: for the mean of n normal values its
+    95 % interval contains the true mean in 88 % of cases for n = 8, and 91 % for n = 11.
 
     Parameters
     ----------
@@ -165,8 +165,8 @@ def bootstrap_interval(
         ``data_by_earthquake``, such as that of the smaller of two sets. There is no interval for fewer than
         `MIN_EARTHQUAKES_FOR_INTERVAL`.
     statistic_bounds : (float, float), optional
-        Smallest and largest possible value of the statistic. If all samples have the same value, they give the interval
-        by `mean_interval_for_equal_earthquake_values`.
+        Smallest and largest possible value of the statistic, used if it is the same in all bootstrap samples: the
+        interval is then that of `mean_interval_for_equal_earthquake_values`.
     """
     n = (
         len(data_by_earthquake)
@@ -200,8 +200,8 @@ def mean_interval_for_equal_earthquake_values(
 
     All bootstrap samples of equal values are equal, so the bootstrap interval would have no width. If an earthquake has
     this value with probability p, all n have it with probability pⁿ, so p is at least (1 − level)^(1/n) (Clopper &
-    Pearson 1934, Biometrika 26, one-sided), for any n. The other earthquakes move the mean towards a bound by at most
-    1 − p of its distance.
+    Pearson 1934, Biometrika 26, one-sided), for any n. Earthquakes with another value have the probability 1 − p, and
+    move the mean towards a bound by at most 1 − p times the distance from the value to the bound.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def mean_of_each_bootstrap_sample(values_by_bootstrap_sample_and_earthquake: NDA
 def mean_vector_of_each_bootstrap_sample(vectors_by_bootstrap_sample_and_observation: FloatArray) -> FloatArray:
     """Return the mean over the earthquakes (axis 1) of the vectors (axis 2) of each sample, shape (samples, 2).
 
-    All bits equal those of ``mean(axis=1)``, which takes five times as long to add vectors of two components.
+    The result is bit by bit that of ``mean(axis=1)``, which takes five times as long for vectors of two components.
     """
     return np.asarray(
         np.einsum("ijk->ik", vectors_by_bootstrap_sample_and_observation)
@@ -365,7 +365,7 @@ def exact_median_interval(independent_values: ArrayLike, confidence_level: float
     independent_values : array_like, shape (n,)
         Values.
     confidence_level : float
-        Smallest probability of the interval.
+        Smallest probability with which the interval contains the median.
     """
     ordered = np.sort(np.asarray(independent_values, np.float64))
     below = int(scipy.stats.binom.ppf((1.0 - confidence_level) / 2.0, ordered.size, 0.5)) if ordered.size else 0

@@ -34,7 +34,8 @@ def boundary_b_over_h_and_whether_stoutest_falls(
     Returns
     -------
     (float, bool)
-        The B/H is NaN if there is no crossing.
+        B/H of the last crossing, NaN if there is none; and True if the block of largest known B/H has a fall
+        probability of at least 1/2.
     """
     line, slenderness = (
         np.asarray(fall_probability_by_b_over_h, dtype=np.float64),
@@ -56,18 +57,19 @@ def overturning_boundary_b_over_h_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     cube : Dataset
-        The cube. The range, over the two scrambled Sobol sequences of the ensemble, needs the variables
-        ``scramble_difference_towards`` and ``_away``.
+        Results of a study. The two scrambled Sobol sequences of the ensemble give the range, from the variables
+        ``scramble_difference_towards`` and ``scramble_difference_away``.
 
     Returns
     -------
     Dataset
-        Computed lazily if the cube is lazy. ``boundary``: missing if there is none. ``boundary_low`` and
-        ``boundary_high``: the smallest and the largest of ``boundary`` and the boundaries of the two sequences (equal
-        to ``boundary`` without an ensemble). A sequence in which the block falls at the largest known B/H counts with
-        this B/H, and one in which the block never falls with the smallest. ``largest_known``: largest B/H with a known
-        outcome. ``falls_beyond``: True if the block still falls there, so that the boundary lies above it.
-        ``stands_throughout``: True if an outcome is known and the block never falls.
+        Computed lazily if the cube is lazy. ``boundary``: B/H at the crossing, missing without a crossing or if
+        ``falls_beyond``. ``boundary_low`` and ``boundary_high``: smallest and largest of ``boundary`` and of the
+        boundaries of the two sequences (equal to ``boundary`` without an ensemble). If a sequence has the block fall
+        at the largest known B/H, this B/H stands for its boundary; if the block never falls, the smallest known B/H
+        does. ``largest_known``: largest B/H with a known outcome. ``falls_beyond``: True if the block falls at
+        ``largest_known``, so that the boundary lies above it. ``stands_throughout``: True if an outcome is known and
+        the block never falls.
     """
     if "b_over_h" not in cube.dims:
         raise ArgumentError("cube: no dimension b_over_h; the boundary is computed along it")
@@ -116,24 +118,24 @@ def overturning_boundary_b_over_h_by_azimuth(cube: xr.Dataset) -> xr.Dataset:
 def easiest_axis_and_extreme_overturning_boundaries(
     boundary_dataset_by_azimuth: xr.Dataset, b_over_h_values_of_cube: ArrayLike
 ) -> xr.Dataset:
-    """Compute the axis along which a block overturns most easily, and the largest and smallest boundary B/H by azimuth.
-
-    The result also compares the boundaries (B/H) of the easiest and of the hardest plane.
+    """Compute the axis along which a block overturns most easily, and the extremes of the boundary B/H over azimuths.
 
     Parameters
     ----------
     boundary_dataset_by_azimuth : Dataset
         From `overturning_boundary_b_over_h_by_azimuth`.
     b_over_h_values_of_cube : array_like
-        B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
-        falls at every B/H, the largest B/H with a known outcome does, and the boundary lies above it.
+        B/H of the cube. If a block never falls at an azimuth, the smallest of them stands for the boundary, which lies
+        below it. If a block falls at the largest B/H with a known outcome, this B/H stands for the boundary, which
+        lies above it.
 
     Returns
     -------
     Dataset
         ``easiest_axis`` (degrees, 0 to 180; the mean axis of planes that tie; missing if all planes tie or no block
-        falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: False if one of
-        them is only a bound, so that the ratio is a lower bound.
+        falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio``: highest over lowest
+        boundary, and ``bounded``: False if a boundary lies outside the known B/H, so that the ratio is only a lower
+        bound.
     """
     grid = np.asarray(b_over_h_values_of_cube, dtype=np.float64)
     period = plane_azimuth_period_deg(boundary_dataset_by_azimuth)

@@ -17,7 +17,7 @@ TARGET_CASES_PER_READ_BATCH: Final = 40_000
 def load_results_of_records(
     cube: xr.Dataset, record_indices: int | list[int], variable_names: Sequence[str] = ()
 ) -> xr.Dataset:
-    """Load variables of some records (all, or those named) into memory from a results dataset, in a single read.
+    """Load variables of some records of a cube into memory in a single read.
 
     A single read is faster than many small dask graphs.
 
@@ -43,7 +43,7 @@ def iterate_results_by_record(cube: xr.Dataset, variable_names: Sequence[str]) -
 def iterate_record_result_batches(
     cube: xr.Dataset, variable_names: Sequence[str]
 ) -> Iterator[tuple[list[int], xr.Dataset]]:
-    """Yield record indices and loaded results for batches of records, about `TARGET_CASES_PER_READ_BATCH` cases."""
+    """Yield indices and loaded results of batches of records, each about `TARGET_CASES_PER_READ_BATCH` cases."""
     count = cube.sizes["record"]
     few = max(1, TARGET_CASES_PER_READ_BATCH * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
@@ -56,8 +56,8 @@ def apply_to_record_batches_and_join(
 ) -> xr.Dataset:
     """Apply a function to successive batches of a dataset's records, and join the results along ``record``.
 
-    A cube without that dimension is passed whole. The function gets a few records at a time with the variables
-    ``variable_names`` (see `load_results_of_records`); all variables that it returns must have the dimension
+    A cube without the dimension ``record`` is passed whole. The function gets a few records at a time with the
+    variables ``variable_names`` (see `load_results_of_records`); all variables that it returns must have the dimension
     ``record``.
     """
     if "record" not in cube.dims:
@@ -78,16 +78,16 @@ def record_masks_by_group(
     cube : Dataset
         The cube.
     coordinate : str
-        Coordinate of the records: ``pulse`` (records with a pulse and their control if the study has both, otherwise
-        all records together), a text such as ``site_class`` or ``wall`` (a group for each value), or a number such as
-        ``vs30``.
+        Name of a coordinate of the records. ``pulse``: one group with a velocity pulse and a control group without, or
+        a single group of all records if one of these is empty. A coordinate of texts, such as ``site_class`` or
+        ``wall``: one group for each text. A coordinate of numbers, such as ``vs30``: groups between `edges`.
     edges : sequence of float
-        Limits between the groups of a number, ascending; a limit belongs to the upper group.
+        Limits between the groups of a coordinate of numbers, ascending; a limit belongs to the upper group.
 
     Raises
     ------
     ArgumentError
-        If the cube has no such coordinate, or a number is given without edges.
+        If the cube has no such coordinate, or if ascending edges are missing for a coordinate of numbers.
     """
     if coordinate == "pulse":
         pulse = np.atleast_1d(cube["pulse"].to_numpy()).astype(np.float64)

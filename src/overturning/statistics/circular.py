@@ -58,8 +58,8 @@ def fall_shares_by_sector(
     Falls have the weights `weight_by_fall` (default 1). All shares are 0 without falls. A fall on the border of two
     sectors counts half in each.
 
-    With ``width_to_spread_each_fall_over_deg`` each weight is spread evenly over that many degrees, centred on its
-    azimuth.
+    If ``width_to_spread_each_fall_over_deg`` is positive, the weight of each fall is spread evenly over this width,
+    centred on its azimuth.
     """
     if width_to_spread_each_fall_over_deg > 0.0:
         angle, sector_wide = np.asarray(fall_azimuths_deg, np.float64), 360.0 / ROSE_SECTOR_COUNT
@@ -85,14 +85,15 @@ def mean_angle_deg_and_mean_resultant_length(
 
     Formulas: Mardia & Jupp (2000, eqs 2.2.2 to 2.2.4).
 
-    Angles (degrees) and non-negative weights (default 1) have shape (n,); axes are averaged with doubled angles.
+    Angles (degrees) and non-negative weights (default 1) have shape (n,). If `axial`, the angles are those of axes,
+    which are doubled before averaging.
 
     Returns
     -------
     mean_deg : float
         In [0, 360) for directions, in [0, 180) for axes; NaN if the vectors cancel.
     length : float
-        Mean resultant length, 0 to 1; NaN if the weights sum to 0. For axes that of the doubled angles.
+        Mean resultant length, 0 to 1, for axes of the doubled angles; NaN if the weights sum to 0.
     """
     angle = np.radians(np.asarray(angles_deg, dtype=np.float64)) * (2 if axial else 1)
     weights = np.ones_like(angle) if weight_by_angle is None else np.asarray(weight_by_angle, dtype=np.float64)
@@ -117,9 +118,8 @@ def wrap_axis_difference_to_90_deg(angle_between_axes_deg: ArrayLike) -> FloatAr
 class StatisticalTestResult:
     """Result of a statistical test on ``n`` independent observations: name of the test, statistic and p-value.
 
-    The statistic is defined as in the source of the test.
-
-    The p-value is the probability of a statistic at least as extreme under the null hypothesis. Both are NaN for n = 0.
+    The docstring of each test defines its statistic. The p-value is the probability, under the null hypothesis, of a
+    statistic at least as extreme. Statistic and p-value are NaN for n = 0.
     """
 
     __test__ = False  # tells pytest that this is no test case
@@ -136,8 +136,8 @@ def _random_rotations(
 ) -> NDArray[np.complex128]:
     """Draw uniformly distributed rotations, as unit complex numbers.
 
-    The shape is (`RANDOM_ROTATION_SETS_PER_RAYLEIGH_TEST`, `vector_count`). Each angle of rotation is rounded to the
-    step of its vector, one of `rotation_rounding_step_rad_by_vector`, unless the step is 0.
+    The shape is (`RANDOM_ROTATION_SETS_PER_RAYLEIGH_TEST`, `vector_count`). Each angle of rotation is rounded to a
+    multiple of its vector's step in `rotation_rounding_step_rad_by_vector`, unless the step is 0.
     """
     angles = np.random.Generator(np.random.PCG64(1)).uniform(
         0.0, 2 * math.pi, size=(RANDOM_ROTATION_SETS_PER_RAYLEIGH_TEST, vector_count)
@@ -152,16 +152,16 @@ def rayleigh_test_by_random_rotation(
     y_components_of_unnormalised_vectors: ArrayLike,
     angle_recording_step_deg: ArrayLike = 0.0,
 ) -> StatisticalTestResult:
-    """Test the null hypothesis that vectors have independent, uniformly distributed directions: no common axis.
+    """Test the null hypothesis that vectors have independent, uniformly distributed directions.
 
-    The statistic is the length of the mean vector. Vectors may have different lengths; those of doubled angles test
-    axes.
+    The statistic is the length of the mean vector. Vectors may have different lengths. To test axes for a common axis,
+    pass vectors with doubled angles.
 
     Under the null hypothesis each vector has a uniform direction, independent of its length and of the others. The
     p-value is simulated: each vector is rotated at random and keeps its length (a randomisation test, exact for any n;
     for unit vectors it is Rayleigh's test, Mardia & Jupp 2000, section 6.3.1). An angle that is recorded in steps, such
-    as one of eight compass points, is rounded to its step after the rotation: two equal ones of eight have p = 1/8, not
-    0.
+    as one of eight compass points, is rounded to its step after the rotation: two vectors at the same of eight points
+    have p = 1/8, not 0.
 
     Parameters
     ----------
@@ -204,9 +204,10 @@ def watson_u2_test(
 ) -> StatisticalTestResult:
     """Test with Watson's U² whether angles follow a given distribution on the circle.
 
-    U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
-    (1970, JRSS B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*)
-    for all n > 1. For n = 1, U² is 1/12 for every angle, and p = 1.
+    U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n, where u_i are the `cumulative_probabilities` in ascending
+    order and ū is their mean (Watson 1961, Biometrika 48). The p-value is 2 Σ (−1)^(m−1) exp(−2 m² π² U²*)
+    for all n > 1, with U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) (Stephens 1970, JRSS B 32). For n = 1, U² is 1/12
+    for every angle, and p = 1.
 
     Parameters
     ----------
@@ -214,8 +215,8 @@ def watson_u2_test(
         Distribution function of the model at each observed angle; for uniformity the angle divided by 360°. An
         `ArgumentError` is raised if a value lies outside 0 to 1.
     simulated_cumulative_probabilities : array, shape (draws, n), optional
-        The same for samples drawn from the model, of angles that are not continuous because they are recorded in steps.
-        The p-value is then (1 + number of draws with at least the observed U²)/(1 + draws).
+        Cumulative probabilities of samples that are drawn from the model, for angles that are recorded in steps and so
+        not continuous. The p-value is then (1 + number of draws with at least the observed U²)/(1 + draws).
     """
     values = np.asarray(cumulative_probabilities, dtype=np.float64)
     n = int(values.size)
@@ -248,9 +249,9 @@ def _watson_u2_of_sector_counts(sector_counts: FloatArray, sector_probabilities:
 def watson_u2_test_of_sectors(sector_counts: ArrayLike, sector_probabilities: ArrayLike) -> StatisticalTestResult:
     """Test with Watson's U² whether counts in successive sectors of a circle follow given probabilities.
 
-    U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
-    (Choulakian, Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so it
-    holds for small counts and unequal sectors.
+    U²_G = (1/n) Σ_j (S_j − S̄)² p_j for n observations, with the probability p_j of sector j, the sum S_j of
+    observed minus expected counts up to sector j, and S̄ = Σ S_j p_j (Choulakian, Lockhart & Stephens 1994, Canadian
+    Journal of Statistics 22). The p-value is simulated, so it holds for small counts and unequal sectors.
 
     Parameters
     ----------
@@ -309,11 +310,9 @@ def _test_with_simulated_p_value(
     sector_counts: FloatArray,
     sector_probabilities: FloatArray,
 ) -> StatisticalTestResult:
-    """Test sector counts against given probabilities: statistic and p-value from simulated multinomial counts.
+    """Test sector counts against given probabilities; the p-value comes from simulated multinomial counts.
 
-    Random counts are drawn from the multinomial distribution.
-
-    p = (1 + number of draws at least as extreme)/(1 + `SIMULATED_SECTOR_COUNTS_PER_P_VALUE`).
+    p = (1 + number of draws with at least the observed statistic)/(1 + `SIMULATED_SECTOR_COUNTS_PER_P_VALUE`).
     """
     # A stone of two sectors counts in parts, whose sum may be a rounding error away from a whole number.
     n = round(float(sector_counts.sum()))

@@ -21,9 +21,9 @@ from overturning.units import STANDARD_GRAVITY
 
 
 class WeightedFallPredictionCounts(NamedTuple):
-    """Counts, weighted, of hits, misses, false alarms and correct rejections of a rule that predicts falls.
+    """Weighted counts of hits, misses, false alarms and correct rejections of a rule that predicts falls.
 
-    Each is a number or an array; a share is NaN if its denominator is 0.
+    Each count is a number or an array. The shares computed from them are NaN where the denominator is 0.
     """
 
     hits: Any
@@ -79,13 +79,14 @@ class PredictionRuleScore:
     name, rule_text : str
         Name and rule, in words, of the criterion, or of the rule that ignores the motion.
     counts_over_all_cases, peirce_skill_over_all_cases : WeightedFallPredictionCounts, MeanOverEarthquakes
-        Score of all planes and blocks together, and its skill with the 95 % bootstrap interval over earthquakes.
+        Counts over all planes and blocks together, and their Peirce skill with its 95 % bootstrap interval over
+        earthquakes.
     weighted_mean_skill_over_block_sizes : MeanOverEarthquakes
-        Mean skill over blocks of one height and B/H, weighted by f(1 − f) with f their share of falls, with the
-        same kind of interval.
+        Skill for each block size (height and B/H), averaged over sizes with the weights f(1 − f), where f is the
+        share of cases in which a block of this size falls; with its 95 % bootstrap interval over earthquakes.
     weighted_mean_skill_in_pulse_valid_range : float
-        Value of ``weighted_mean_skill_over_block_sizes`` without the planes above
-        `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
+        Mean skill as in ``weighted_mean_skill_over_block_sizes``, but only of the cases in which the ratio ω/p of
+        pulse frequency to block frequency is at most `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
     """
 
     name: str
@@ -106,12 +107,14 @@ class OverturningCriteriaScores:
         Scores of `OVERTURNING_CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H
         is below a threshold, which is chosen for the largest skill on this cube.
     best_minus_other_skill_by_criterion_name : dict of str to MeanOverEarthquakes
-        Skill within blocks of the `score_of_best_criterion` minus that of each other one, with the interval of the
-        difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
+        ``weighted_mean_skill_over_block_sizes`` of the best criterion minus that of each other criterion, by name of
+        the other, with the interval of the difference (the same bootstrap samples for the two). Empty if the skill of
+        a criterion is undefined.
     case_share_above_valid_pulse_frequency_ratio : float
-        Weighted share of cases (planes and blocks) whose ω/p is above `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
+        Weighted share of cases in which the ratio ω/p of pulse frequency to block frequency is above
+        `MAX_VALID_PULSE_TO_BLOCK_FREQUENCY_RATIO`.
     criterion_counts_by_height_and_b_over_h : dict of (float, float) to tuple of WeightedFallPredictionCounts
-        Scores of `OVERTURNING_CRITERIA` by height, m, and B/H.
+        Counts of each of `OVERTURNING_CRITERIA`, in their order, by height, m, and B/H of the block.
     """
 
     rule_scores: tuple[PredictionRuleScore, ...]
@@ -242,9 +245,9 @@ def _skill_within_blocks_weighted_by_outcome_variance(
 ) -> FloatArray:
     """Compute prediction skill for each block size, and average over sizes; counts: (…, earthquakes, blocks, 4).
 
-    The weight of a block is f(1 − f), where f is the share of cells of a block that fall. The skill of a block that
-    nearly always falls, or stands, depends on a few cells. f(1 − f) is the variance of the outcome, so the mean is
-    the slope of a regression of outcomes on predictions within blocks.
+    The weight of a block size is f(1 − f), where f is the share of its cases that fall. So a block that nearly always
+    falls, or nearly always stands, has a small weight: its skill depends on a few cases. f(1 − f) is the variance of
+    the outcome, so the mean is the slope of a regression of outcomes on predictions within blocks.
     """
     counts = WeightedFallPredictionCounts.from_count_array(prediction_counts_by_earthquake_and_block.sum(axis=-3))
     skill, fall_share = counts.peirce_skill_score, counts.actual_fall_share

@@ -68,10 +68,11 @@ def kaneko_hayashi_transition_frequency(height: ArrayLike, b_over_h: ArrayLike) 
 def kaneko_hayashi_median_fall_pga(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """Return the PGA, m/s², at which half of the blocks of height H, m, overturn (Kaneko & Hayashi).
 
-    A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz,
-    with the motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction
-    Engineering, AIJ, 536). The paper was not available. The branches meet at F_b within 0.05 % (10 · 15.6 · 2π =
-    980.2 cm/s², which is g), so the coefficients are consistent with each other.
+    The PGA is g B/H (1 + B/H) if the motion's frequency F = PGA/(2π PGV) is at most F_b
+    (`kaneko_hayashi_transition_frequency`), else 10 B/√H (1 + B/H)^2.5 · 2π F, in cm, cm/s² and Hz (Kaneko &
+    Hayashi 2000, Journal of Structural and Construction Engineering, AIJ, 536). The paper was not available. The
+    branches meet at F_b within 0.05 % (10 · 15.6 · 2π = 980.2 cm/s², which is g), so the coefficients are
+    consistent with each other.
     """
     tall, slenderness = _checked_positive_array("height", height) / CM, _checked_positive_array("b_over_h", b_over_h)
     frequency = 1 / (2 * np.pi * _checked_positive_array("pgv_over_pga", pgv_over_pga))
@@ -110,8 +111,9 @@ def sine_pulse_pga_to_overturn_without_impact(
 ) -> FloatArray:
     """Return the PGA, m/s², at which a single sine pulse overturns a block without any impact on its base.
 
-    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the linearised slender block reaches
-    its unstable equilibrium exactly at the end of the pulse (the mode without impact of Zhang & Makris 2001, Journal of
+    The PGA is A g B/H, where A solves √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p, with the pulse's
+    ω = 2 PGA/PGV and the block's p (`block_frequency_parameter`). The linearised slender block then reaches its
+    unstable equilibrium exactly at the end of the pulse (the mode without impact of Zhang & Makris 2001, Journal of
     Engineering Mechanics 127; in closed form as in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A
     468).
     """

@@ -63,9 +63,10 @@ def mean_fall_directions_and_axes_by_record(cube: xr.Dataset) -> xr.Dataset:
     """Compute mean direction and mean axis of falls under each record, over the blocks that direction statistics use.
 
     For these blocks see `mask_of_blocks_for_direction_statistics`. The variables are those of
-    `mean_fall_directions_and_axes_over_azimuths`, and ``is_imposed``: True for a record whose unknown outcomes impose
-    the axis (`unknown_outcomes_may_bias_fall_axis`). All others are missing there, and if the planes of the cube impose
-    the axis (`plane_azimuths_alone_impose_fall_axis`). The cube is read in batches of records.
+    `mean_fall_directions_and_axes_over_azimuths`, and ``is_imposed``: True for a record whose unknown outcomes may bias
+    the axis (`unknown_outcomes_may_bias_fall_axis`). The means and resultants of such a record are missing; those of
+    all records are missing if the choice of plane azimuths already gives falls a mean axis
+    (`plane_azimuths_alone_impose_fall_axis`). The cube is read in batches of records.
     """
     model = default_model_of_same_kind_as_results_cube(cube)
     of_batch = partial(
@@ -100,10 +101,10 @@ def fall_axes_from_fault_normal_by_earthquake(cube: xr.Dataset, *kept_dims: str)
         means of cos 2Δ and sin 2Δ over falls, with Δ the angle from the fault normal; ``resultant``, the length of
         this vector; ``largest``, the mean over records of the resultant of the falls of each record, an upper bound of
         the mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal);
-        ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
-        block falls, no fault normal is known, or the planes of the cube impose the axis
-        (`plane_azimuths_alone_impose_fall_axis`). Records whose unknown outcomes impose the axis do not count
-        (`unknown_outcomes_may_bias_fall_axis`). The axis is also missing if the resultant is below
+        ``falls``, True if any block falls; and ``records``, the number of records. All but the last two are missing if
+        no block falls, no fault normal is known, or the choice of plane azimuths already gives falls a mean axis
+        (`plane_azimuths_alone_impose_fall_axis`). They leave out records whose unknown outcomes may bias the axis
+        (`unknown_outcomes_may_bias_fall_axis`). ``axis`` is also missing if the resultant is below
         `MIN_RESULTANT_WITH_MEAN_DIRECTION`.
     """
     sums = fall_sums_for_direction_statistics_by_record(cube, *kept_dims)
@@ -138,7 +139,7 @@ def fall_axes_from_fault_normal_by_group(
 ) -> dict[str, xr.Dataset]:
     """Compute, by name of the group of records, the mean fall axis of each earthquake of the group.
 
-    For the arguments see `record_masks_by_group`; empty groups are left out.
+    `coordinate` and `edges` define the groups as in `record_masks_by_group`; groups without records are left out.
     """
     return {
         name: fall_axes_from_fault_normal_by_earthquake(cube.isel(record=np.flatnonzero(members)))
@@ -156,22 +157,22 @@ class MeanFallAxisAndAlignmentOverEarthquakes:
     earthquake_count : int
         Number of earthquakes, with or without falls.
     mean_cos_of_doubled_angle_to_fault_normal : MeanOverEarthquakes
-        Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault,
-        −1 parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
+        Mean of cos 2Δ (Δ: angle from the fault normal to a fall) over the earthquakes with falls and a known fault
+        normal: 1 if all fall normal to the fault, −1 if parallel to it, near 0 if in all directions.
     mean_axis_from_fault_normal_deg : float
         Axis of the mean vector of the earthquakes relative to the fault normal, (−90, 90]; NaN without falls, if the
         resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`, or if the `rayleigh_test_by_random_rotation` does not
         reject "no common axis".
     mean_axis_interval_half_width_deg : float
-        Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
-        bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
+        Half-width of the bootstrap interval symmetric about the mean axis: a quantile of the angles between bootstrap
+        axes and mean axis (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2), for the level see
         `interval_tail_share_for_few_earthquakes`; NaN below `MIN_EARTHQUAKES_FOR_INTERVAL` and without an axis.
     earthquakes_with_axis, earthquakes_with_axis_within_45_deg_of_normal : int
         Number of earthquakes that have an axis (resultant at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`), and of these
         with an axis within 45° of the fault normal.
     mean_resultant_length_of_doubled_fall_axes : float
-        Largest possible mean of cos 2Δ of these falls: the mean over these earthquakes of ``largest`` of
-        `fall_axes_from_fault_normal_by_earthquake`. It is reached if the axis of each record is its fault normal.
+        Upper bound of `mean_cos_of_doubled_angle_to_fault_normal`: the mean over earthquakes of ``largest`` of
+        `fall_axes_from_fault_normal_by_earthquake`, reached if the fall axis of each record is its fault normal.
     p_value_of_no_common_axis : float
         p-value of the `rayleigh_test_by_random_rotation` over earthquakes; NaN without falls.
     """

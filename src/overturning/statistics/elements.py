@@ -19,10 +19,11 @@ from overturning.statistics.by_record import iterate_results_by_record
 class ElementFallCounts:
     """Numbers of falls of one element of a scene, among the cases with a known outcome.
 
-    ``fall_count`` is the number of cases in which it falls to either side, ``count_of_falls_with_no_earlier_fall`` the
-    number of these in which no other element of its scene falls before it, and ``count_of_falls_without_other_falls``
-    the number in which no other element falls at all. ``fall_share`` is the share of these cases in which it falls, and
-    ``median_fall_time_s`` the median time of its falls, s; both are NaN without cases or falls.
+    ``fall_count`` is the number of cases in which the element falls, to either side;
+    ``count_of_falls_with_no_earlier_fall`` the number of its falls before which no other element of the scene falls,
+    and ``count_of_falls_without_other_falls`` that of its falls in cases in which no other element falls at all.
+    ``fall_share`` is the share of the known cases in which it falls (NaN without cases), and ``median_fall_time_s`` the
+    median time of its falls, s (NaN without falls).
     """
 
     element_name: str
@@ -41,8 +42,8 @@ class ElementDisplacementSummary:
     ``standing_case_count`` is the number of cases in which it stands, and ``fallen_case_count`` that in which it has
     fallen. ``standing_median_and_p90_slip_m`` (m) and ``standing_median_and_p90_twist_deg`` (absolute rotation about
     the vertical, degrees) are the medians and 90th percentiles over the standing cases; NaN without such cases.
-    ``count_of_falls_over_support_rim`` is the number of falls over the rim of what the element stands on; None for a
-    model that does not distinguish them.
+    ``count_of_falls_over_support_rim`` is the number of cases in which it slides off the rim of its support; None for a
+    model that does not distinguish such falls.
     """
 
     element_name: str
@@ -55,15 +56,14 @@ class ElementDisplacementSummary:
 
 @dataclass(frozen=True)
 class StoneFallComparisonOfTwoCubes:
-    """Comparison of the falls of two stones under the same motions; all values are means over earthquakes.
+    """Comparison of the falls of two stones, "this" and "other", under the same motions; means over earthquakes.
 
     ``share_of_cases_only_this_falls``, ``share_of_cases_only_other_falls`` and ``share_of_cases_both_fall`` are shares
-    of the cases known in both cubes in which the stone falls in this cube only, in the other only, or in both.
-    ``same_direction_share_if_both_fall``, ``this_earlier_share_if_both_fall`` and
-    ``share_of_simultaneous_falls_if_both_fall`` are shares of the cases in which both fall: falls within 45° of each
-    other, falls that are earlier in this cube, and falls at the same time. ``this_first_or_alone_share_if_any_falls``
-    is the share, of the cases in which at least one stone falls, in which the stone of this cube falls before the other
-    or alone; a case with falls at the same time counts half, so the shares of the two stones add up to 1.
+    of the cases whose outcome is known for both stones. ``same_direction_share_if_both_fall`` (falls within 45° of
+    each other), ``this_earlier_share_if_both_fall`` and ``share_of_simultaneous_falls_if_both_fall`` are shares of the
+    cases in which both stones fall. ``this_first_or_alone_share_if_any_falls`` is the share, of the cases in which at
+    least one stone falls, in which "this" falls before the other or alone; a case with falls at the same time counts
+    half, so the shares of the two stones add up to 1.
     """
 
     share_of_cases_only_this_falls: MeanOverEarthquakes
@@ -251,7 +251,7 @@ def _count_falls_of_both_or_only_one_stone(
 def _fall_azimuths_deg_relative_to_motion_if_2d(record_cube: xr.Dataset) -> FloatArray:
     """Return the fall azimuth of each simulated case, degrees; in 2-D relative to the azimuth of the motion.
 
-    For planar models it is 0 or 180, relative to the azimuth of the motion. It has no meaning where the block stands.
+    In 2-D the value is 0 or 180. Values of cases in which the block stands have no meaning.
     """
     if "fall_azimuth" in record_cube:
         return np.asarray(record_cube["fall_azimuth"].to_numpy().ravel(), np.float64)

@@ -34,7 +34,7 @@ class FallDirectionBlockSelectionRule:
     Attributes
     ----------
     description_template : str
-        Description of the selected blocks; ``{}`` is replaced by the direction of the model, such as "plane".
+        Description of the selected blocks; ``{}`` stands for the model's word for a direction, such as "plane".
     max_share_of_directions_with_overturning : float
         Largest share of directions in which a selected block overturns; above 1 for no limit.
     uses_all_blocks_if_none_selected : bool
@@ -98,10 +98,10 @@ def share_of_directions_with_overturning(cube: xr.Dataset) -> xr.DataArray:
 def mask_of_blocks_for_direction_statistics(cube: xr.Dataset) -> xr.DataArray:
     """Return a mask of the blocks used in direction statistics: in 2-D those that few azimuths overturn, in 3-D all.
 
-    The result has the dimensions of ``overturned`` without the direction. In planar models those blocks count under a
-    record that overturn in some of its planes, but in at most half of them. More slender blocks fall in nearly
-    every plane, to both sides, and hide the direction. If a record has no such block, all blocks count. Each plane
-    counts once; planes with a missing outcome do not count. In the 3-D model all blocks count.
+    The mask has the dimensions of ``overturned`` without the direction (a single True in 3-D). In 2-D, a block counts
+    under a record if it overturns in at least one plane, but in at most half of the planes; more slender blocks fall in
+    nearly every plane, to both sides, and hide the direction. If a record has no such block, all blocks count. Each
+    plane counts once; planes with a missing outcome do not count.
     """
     rule = block_selection_rule_for_cube(cube)
     return (
@@ -126,12 +126,12 @@ def mean_fall_probability_over_directions(cube: xr.Dataset, *, summed_dims: Sequ
 
 
 def fall_weights_and_direction_components_by_case(cube: xr.Dataset) -> xr.Dataset:
-    """Return, by case, weight × fall probability, and this times cosine and sine of the (doubled) fall azimuth.
+    """Return, for each case, its weighted fall probability and weighted cosines and sines of the fall azimuth.
 
-    In 2-D ``known`` is the weight of a case with a known outcome; ``unknown_cosine`` and ``unknown_sine`` are the
-    weight of a case with an unknown outcome times the cosine and sine of twice its azimuth. A 3-D model moves along
-    both components of the record in each orientation, so that missing orientations impose no axis; its results have
-    none of these three variables.
+    Variables: weight × each variable of `Model.fall_probability_and_direction_by_case`. In 2-D also ``known``, the
+    weight of a case with a known outcome (otherwise 0), and ``unknown_cosine`` and ``unknown_sine``, the weight of a
+    case with an unknown outcome (otherwise 0) times the cosine and sine of twice its azimuth. A 3-D model moves along
+    both components of the record in each orientation, so that missing orientations impose no axis.
     """
     falls = default_model_of_same_kind_as_results_cube(cube).fall_probability_and_direction_by_case(cube)
     weight = falls["weight"].variable
@@ -151,16 +151,16 @@ def fall_weights_and_direction_components_by_case(cube: xr.Dataset) -> xr.Datase
 def unknown_outcomes_may_bias_fall_axis(fall_vector_sums: xr.Dataset) -> xr.DataArray:
     """Return True where missing outcomes may bias the mean fall axis towards the azimuths with known outcomes.
 
-    The vector that the unknown outcomes would add if all of them were falls has to be longer than
-    `MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS` times the number of known outcomes: falls in all known cases alike
-    would show an axis, as those of `plane_azimuths_alone_impose_fall_axis`. It also has to be longer than
-    `MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO` of the sum of the falls. So a few unknown outcomes change nothing, and
-    neither do unknown outcomes at evenly spread azimuths.
+    Let U be the sum of the doubled-angle vectors of the unknown outcomes, as if all of them were falls. The axis may be
+    biased if there are falls and |U| exceeds two limits: `MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS` times the
+    weight of the known outcomes (then falls in all known cases would show an axis by themselves), and
+    `MAX_IGNORED_UNKNOWN_TO_FALL_RESULTANT_RATIO` times the length of the vector sum of the falls. So a few unknown
+    outcomes, or unknown outcomes at evenly spread azimuths, do not matter. The result is False for a 3-D model.
 
     Parameters
     ----------
     fall_vector_sums : Dataset
-        Result of `sum_fall_vectors_over_directions`, or further sums of it. False everywhere for a 3-D model.
+        Result of `sum_fall_vectors_over_directions`, or its sums over more dimensions.
     """
     length = xr.apply_ufunc(np.hypot, fall_vector_sums["axis_cosine"], fall_vector_sums["axis_sine"], dask="allowed")
     if "known" not in fall_vector_sums:
@@ -180,10 +180,10 @@ def sum_fall_vectors_over_directions(
 ) -> xr.Dataset:
     """Sum, over all azimuths, the falls of each block and the cosines and sines of (doubled) fall azimuths.
 
-    The sums are also over ``summed_dims``, and can be added further before an angle is computed. With
-    ``only_informative_blocks`` they cover the `mask_of_blocks_for_direction_statistics` only; ``all_falls`` always
-    counts the falls of all blocks. For sums over cases with unknown outcomes see
-    `fall_weights_and_direction_components_by_case`.
+    The variables are the sums of those of `fall_weights_and_direction_components_by_case`, also over ``summed_dims``;
+    sums over more dimensions may follow before an angle is computed. With ``only_informative_blocks`` only blocks of
+    the `mask_of_blocks_for_direction_statistics` are summed; the variable ``all_falls`` always counts the falls of all
+    blocks.
     """
     weighted, dims = (
         fall_weights_and_direction_components_by_case(cube),
@@ -240,9 +240,7 @@ def mean_directions_and_axes_from_vector_sums(fall_vector_sums: xr.Dataset) -> x
 def mean_cosine_and_sine_to_reference(
     fall_vector_sums: xr.Dataset, reference_azimuth_deg: xr.DataArray, *, axial: bool = True
 ) -> xr.Dataset:
-    """Compute the mean cosine and sine of the (doubled) angle from a reference azimuth to the fall azimuths.
-
-    For axes the angle is doubled.
+    """Compute the mean cosine and sine of the angle from a reference azimuth to the falls; for axes, of twice it.
 
     Parameters
     ----------

@@ -37,17 +37,18 @@ class FittedFragilityCurve:
     measure, unit : str
         Intensity measure and its unit.
     median, spread : float
-        Median in this unit, and standard deviation of the logarithm; NaN if no curve fits.
+        Median in `unit`, and standard deviation of ln(x); NaN if no curve fits.
     median_interval : ConfidenceInterval
         95 % interval of the median, by bootstrap over earthquakes.
     min_intensity_of_validity_range, max_intensity_of_validity_range : float
         Range of the fitted intensities; the curve is not valid outside.
     record_variance_share : float
-        Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
+        Share of the variance spread² due to differences between records (`variance_share_between_records`); NaN if
+        unknown.
     median_interval_and_log_std_censored_to_data : float, ConfidenceInterval, float
-        Median, its interval and the spread within the range of the data: values above `max_intensity_of_validity_range`
-        are infinite, values below `min_intensity_of_validity_range` are 0; the spread is NaN if the median lies
-        outside.
+        Median, its interval and the spread, limited to the range of the data: a median or interval end is replaced by
+        infinity above `max_intensity_of_validity_range` and by 0 below `min_intensity_of_validity_range`; the spread is
+        NaN if the median lies outside this range.
     """
 
     stone_class: str
@@ -90,7 +91,7 @@ class FittedFragilityCurve:
         )
 
     def fall_probability(self, intensity_in_curve_unit: ArrayLike) -> FloatArray:
-        """Return the probability that a stone falls at each value of `intensity_in_curve_unit`, in `unit`."""
+        """Return the probability that a stone falls at each intensity, given in the unit of the curve."""
         over = np.asarray(intensity_in_curve_unit, dtype=np.float64) / self.median
         return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
 
@@ -143,11 +144,9 @@ def _fit_lognormal_medians_and_log_stds(
 ) -> tuple[FloatArray, FloatArray]:
     """Fit m lognormal fragility curves by Newton's method, one for each row of the weights, shape (m, n).
 
-    Return m medians and m spreads, NaN without a fit. `log_intensity_by_motion` and `fall_share_by_motion` have shape
-    (n,).
-
-    ``start_median_and_log_std`` are a median and a spread. The log-likelihood is concave; a step that
-    lowers it is halved, because otherwise the iteration can oscillate.
+    Return m medians and m spreads (standard deviations of ln intensity), NaN without a fit. `log_intensity_by_motion`
+    and `fall_share_by_motion` have shape (n,). The iteration starts from the curve ``start_median_and_log_std``. The
+    log-likelihood is concave; a step that lowers it is halved, because otherwise the iteration can oscillate.
     """
     middle, width = float(log_intensity_by_motion.mean()), max(float(log_intensity_by_motion.std()), 1e-3)
     scaled = (log_intensity_by_motion - middle) / width
@@ -274,8 +273,8 @@ def fit_fragility_curve(
     `intensity_by_motion`, `fall_share_by_motion`, `earthquake_name_by_motion` and `record_label_by_motion` have one
     entry for each motion, shape (n,).
 
-    With ``record_label_by_motion`` and ``stone_count_by_motion``, the number of stones with a known outcome of each
-    share, the spread between records is separated.
+    If ``record_label_by_motion`` is given, the share of the variance between records is estimated, too; this needs
+    ``stone_count_by_motion``, the number of stones with a known outcome under each motion.
     """
     known = np.isfinite(fall_share_by_motion) & (intensity_by_motion > 0)
     intensity_by_motion, fall_share_by_motion, earthquake_name_by_motion = (

@@ -20,10 +20,10 @@ OPENQUAKE_INTENSITY_LEVEL_COUNT: Final = 25
 def write_fragility_csv(fragility_curves: Sequence[FittedFragilityCurve], csv_path: Path) -> None:
     """Write fragility curves to a CSV file, one row per curve.
 
-    Columns: class of stones, measure and unit, median with its interval, spread with its components, range of the data,
-    and identifier.
+    Columns: class of stones, intensity measure and unit, median with its interval, spread, range of the intensities,
+    spreads between records and between stones, and OpenQuake identifier.
 
-    The spread is missing if the median lies outside the data, so that no curve can be drawn there.
+    The spreads are NaN if the median lies outside the range of the intensities, so that no curve can be drawn.
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in fragility_curves:
@@ -59,9 +59,10 @@ def write_openquake_fragility_model(
 ) -> None:
     """Write the fragility curves of one intensity measure as an OpenQuake model file (NRML 0.5, discrete functions).
 
-    The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the
-    probability at the largest is below one half. PGA and SA are in g and PGV in cm/s, as OpenQuake requires. The id of
-    a function is `FittedFragilityCurve.stone_class_as_openquake_identifier`, which an exposure model uses as taxonomy.
+    The limit state is ``fallen``; curves without a fit are left out. The intensity levels stay within the fitted range,
+    even if the probability at the largest level is below one half. PGA and SA have to be in g and PGV in cm/s, as
+    OpenQuake requires. The id of a function is `FittedFragilityCurve.stone_class_as_openquake_identifier`, which an
+    exposure model uses as taxonomy.
 
     Raises
     ------

@@ -37,7 +37,7 @@ COSINE_ROUNDING_ERROR: Final = 1e-9
 
 
 class IllustrativeCase(NamedTuple):
-    """Simulated case that a report shows as an example: title, selection rule, record, block, and panel azimuths."""
+    """Simulated case shown as an example in a report: title, selection rule, record, block, azimuths of its panels."""
 
     title: str
     selection_rule_text: str
@@ -70,7 +70,7 @@ _RuleTitleCaseAndRecordIndex = tuple[str, BestExampleCaseOfRecord | None, int]
 class IllustrativeCaseRule(NamedTuple):
     """Rule that finds, among one record's results, the best case to illustrate one kind of behaviour.
 
-    The dimensions of these results are in the order of the model.
+    The function of the rule gets these results with their dimensions in the order of the model.
     """
 
     case_title: str
@@ -270,7 +270,7 @@ def _illustrative_case_from_best(
 ) -> IllustrativeCase:
     """Convert the best case found by a rule to an `IllustrativeCase`, with coordinates in place of indices.
 
-    `distinct_direction_indices` are the indices of the directions among which the case was found.
+    `distinct_direction_indices` are the positions, in the cube, of the directions that the rule was given.
     """
     model = default_model_of_same_kind_as_results_cube(cube)
     block = {
@@ -379,10 +379,11 @@ def _count_falls_in_one_cube_only(first_cube: xr.Dataset, second_cube: xr.Datase
 def _masks_of_differing_and_rocking_cases(
     model: Model, first_cube: xr.Dataset, second_cube: xr.Dataset, *, mark_falls_in_first_cube: bool
 ) -> xr.Dataset:
-    """Return masks of the cases that fall in one of two cubes only (``split``), or to opposite sides.
+    """Return masks of the cases that fall in only one of two cubes, or to opposite sides, and of rocking blocks.
 
-    ``split`` marks only cases that fall in the first cube if `mark_falls_in_first_cube` is true, otherwise only cases
-    that fall in the second cube. A third mask, ``rocks``, marks cases in which the standing block rocks visibly.
+    ``split``: cases that fall in the first cube and stand in the second if `mark_falls_in_first_cube` is true,
+    otherwise the reverse. ``opposite``: cases that fall to opposite sides (3-D: more than 90° apart). ``rocks``: cases
+    whose peak rotation is visible in the cube in which ``split`` cases stand.
     """
     one, another = (each.transpose(*model.dimension_names, ...) for each in (first_cube, second_cube))
     flags, others = one["overturned"].to_numpy(), another["overturned"].to_numpy()

@@ -242,7 +242,8 @@ def _create_neg_log_likelihood_of_linear_predictors(
 ) -> Callable[[FloatArray], float]:
     """Return a function that computes minus the logarithm of the weighted likelihood from linear predictors.
 
-    Outcomes are 0 to 1; only those between 0 and 1 have both a term of the fall and a term of the standing stone.
+    A row with a share s of falls has the term s ln P + (1 − s) ln(1 − P), P the fall probability; only one part
+    remains if s is 0 or 1.
     """
     sign = np.where(fall_shares == 1, -1.0, 1.0)
     shared = np.flatnonzero((fall_shares > 0) & (fall_shares < 1))

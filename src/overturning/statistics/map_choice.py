@@ -54,17 +54,18 @@ def choose_records_for_report_maps(
     fault_normal_alignment_by_record : array of float, shape (records,)
         Mean cos 2Δ of each record, Δ the angle from the fault normal to a fall; NaN if it is not known.
     fall_axis_resultant_by_record : array of float, shape (records,)
-        Resultant of the fall axes of each record, 0 to 1; NaN without falls, or if the planes impose the axis.
+        Mean resultant length of the fall axes of each record, 0 to 1; NaN without falls, or if the choice of plane
+        azimuths alone gives falls a mean axis.
     overturned_share_by_record : array of float, shape (records,)
         Share of the cases of each record that overturn.
 
     Returns
     -------
     list of RecordChosenForReportMap
-        All records of a study with few records; otherwise the record with the most, the median and the least aligned
-        falls, and the one with the clearest axis, each of another earthquake; without fault normals the records with
-        the clearest axes; if no record has an axis (resultant of `MIN_RESULTANT_WITH_MEAN_DIRECTION`), the first ones
-        with falls.
+        All records if the study has at most `MAX_REPORT_MAPS`. Otherwise records of different earthquakes: those whose
+        falls have the largest, median and smallest alignment with the fault normal, and the one with the clearest axis
+        (largest resultant). Without fault normals: those with the clearest axes. If the resultant of every record is
+        below `MIN_RESULTANT_WITH_MEAN_DIRECTION`: the first records with falls.
     """
     if fault_normal_alignment_by_record.size <= MAX_REPORT_MAPS:
         return [

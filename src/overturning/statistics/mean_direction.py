@@ -60,11 +60,11 @@ def mean_direction_if_significant_resultant_and_test(
     axial: bool = False,
     confidence_level: float = 0.95,
 ) -> tuple[float, float, StatisticalTestResult]:
-    """Return the mean direction (or axis), degrees, if significant, the resultant length, and the test result.
+    """Return mean direction (or axis; degrees), mean resultant length, and test of no common direction.
 
-    The test is that of no common direction. The mean is NaN if the test does not reject random directions at
-    `confidence_level`, or the resultant is below `MIN_RESULTANT_WITH_MEAN_DIRECTION`. For the test and the parameters
-    see `mean_direction_with_interval`.
+    The mean is NaN unless it is significant: the test rejects random directions at `confidence_level`, and the
+    resultant is at least `MIN_RESULTANT_WITH_MEAN_DIRECTION`. For the test and the parameters see
+    `mean_direction_with_interval`.
     """
     angle = np.asarray(azimuths_deg, dtype=np.float64)
     fold = 2 if axial else 1
@@ -89,14 +89,14 @@ def mean_direction_with_interval(
 ) -> MeanDirectionWithInterval:
     """Compute the mean direction (or axis) of angles, its interval, and the test of no common direction.
 
-    The interval is the expanded percentile interval of the distances of bootstrap means from the mean. For more than
-    `MAX_OBSERVATIONS_FOR_BOOTSTRAP` angles it is that of large samples (Fisher 1993, Statistical Analysis of Circular
-    Data, section
-    4.4.4), and the test is Rayleigh's, p = exp(−nR²).
+    The half-width of the interval is a quantile of the distances of bootstrap means from the mean, corrected for few
+    observations (`interval_tail_share_for_few_earthquakes`), and the test is `rayleigh_test_by_random_rotation`. For
+    more than `MAX_OBSERVATIONS_FOR_BOOTSTRAP` angles the interval is that of large samples (Fisher 1993, Statistical
+    Analysis of Circular Data, section 4.4.4), and the test is Rayleigh's, p = exp(−nR²).
 
     Directions that are recorded in steps, such as eight compass points, may all have the same error. The interval is
-    wider by a bound of this error, see `_rounding_error_bound_of_mean_deg`, and the test counts with the steps
-    (`rayleigh_test_by_random_rotation`).
+    wider by a bound of this error (`_rounding_error_bound_of_mean_deg`), and the test by random rotation rounds the
+    rotated angles to their steps.
 
     The interval contains the true mean less often than `confidence_level` says if the test hardly rejects random
     directions: means are given only for those samples whose falls happen to agree.
@@ -134,7 +134,7 @@ def _rounding_error_bound_of_mean_deg(
 ) -> float:
     """Return a bound of the error (degrees) of a mean direction due to angles recorded in steps (N, NE, E, …).
 
-    Both arrays have the shape (n,). Angles without a step (0) have no error.
+    The recorded angles and their steps have the shape (n,). An angle without a step (0) has no error.
     """
     errors = [
         float((recording_step_deg_by_angle == step).sum())
@@ -149,11 +149,11 @@ def _rounding_error_bound_of_mean_deg(
 def _rounding_error_bound_for_equal_steps_deg(recorded_angles_deg: FloatArray, recording_step_deg: float) -> float:
     """Return a bound of the error (degrees) of the mean of angles that are rounded to multiples of one step.
 
-    Normally distributed angles that fall into two neighbouring steps, with the share p in one of them, have their mean
-    at σ z_p from the border of the two (z: quantile of the normal distribution), and the mean of the rounded angles
-    is (p − ½) w from it. The difference is largest for the least standard deviation σ with which the share q may
-    lie in the two steps next to these: w/(2 z_(1−q)). Angles that are spread evenly over the circle, as many in each
-    step as in the median of the other steps, are left out.
+    The angles are taken as normally distributed over two neighbouring steps of width w, with the share p in the fuller
+    one. Their mean then lies σ z_p from the border between the two steps (σ: standard deviation, z: quantile of the
+    normal distribution), the mean of the rounded angles (p − ½) w from it. The bound is the difference of these two
+    distances, for the smallest σ that gives the share q found in the next step on either side: w/(2 z_(1−q)).
+    A uniform background, the median number of angles in all other steps, is first subtracted from each step.
     """
     count = round(360.0 / recording_step_deg)
     index = np.round((recorded_angles_deg - recorded_angles_deg[0]) / recording_step_deg).astype(np.intp) % count

@@ -20,10 +20,10 @@ from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE
 def cube_with_opposite_azimuths(cube: xr.Dataset) -> xr.Dataset:
     """Return 2-D results with the azimuth φ + 180° of each azimuth φ added, as mirror image of the plane φ.
 
-    Azimuths are ascending in the result. Motions along φ and φ + 180° are one plane with one outcome. If the cube
-    has one of them, the other is its mirror image; if it has both, they stay unchanged. For a scene without mirror
-    symmetry they are two cases, and opposite azimuths that were not simulated are added as missing values. Computed
-    lazily if the cube is lazy.
+    Azimuths ascend in the result. Motions along φ and φ + 180° are one plane with one outcome: if the cube has only
+    one of the two azimuths, the other is added as its mirror image; if it has both, they stay unchanged. In a scene
+    without mirror symmetry the two azimuths are different cases; an opposite azimuth that was not simulated is added
+    with missing values. Computed lazily if the cube is lazy.
     """
     azimuth = cube["azimuth"].to_numpy()
     opposite = np.round((azimuth.astype(np.float64) + 180.0) % 360.0, 10).astype(azimuth.dtype)
@@ -55,9 +55,9 @@ def fall_count_or_probability_by_fall_azimuth(cube: xr.Dataset, *, use_ensemble:
 
     Computed lazily if the cube is lazy.
 
-    A block with the flag −1 at φ falls towards φ + 180°. So the result has each fall exactly once, at its azimuth,
-    whether the cube has one or both azimuths of the plane. For a scene without mirror symmetry, an azimuth has the
-    falls of two cases: its own and that of the opposite azimuth.
+    A block with the flag −1 at the azimuth φ falls towards φ + 180°, and is counted there. So each fall counts
+    exactly once, whether the cube has one or both azimuths of its plane. For a scene without mirror symmetry, the
+    number at an azimuth is the sum over two cases: motion along this azimuth and along the opposite one.
 
     Parameters
     ----------

@@ -28,20 +28,21 @@ MIN_EPICENTRAL_DISTANCE_FOR_RADIAL_DIRECTION_KM: Final = 1.0
 def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
     """Compute, for each record, the azimuth at the station that points away from the epicentre.
 
-    The result is the back azimuth + 180°. It follows the great circle on a sphere, which differs from that on the
-    ellipsoid by at most 0.2°. The transverse axis is perpendicular to it.
+    This radial direction is the back azimuth + 180°, along the great circle on a sphere; that on the ellipsoid differs
+    by at most 0.2°.
 
     Parameters
     ----------
     cube : Dataset
         With ``epicentre_latitude``, ``epicentre_longitude``, ``station_latitude`` and ``station_longitude`` of each
-        record, degrees, north and east positive, NaN where unknown. All results are NaN if one of them is missing.
+        record, degrees, north and east positive, NaN where unknown. The result is NaN if the cube lacks any of these
+        variables.
 
     Returns
     -------
     DataArray
-        Degrees clockwise from north, 0 to 360; NaN where a location is unknown, and within
-        `MIN_EPICENTRAL_DISTANCE_FOR_RADIAL_DIRECTION_KM`.
+        Degrees clockwise from north, 0 to 360; NaN where a location is unknown, or the station is nearer to the
+        epicentre than `MIN_EPICENTRAL_DISTANCE_FOR_RADIAL_DIRECTION_KM`.
     """
     names = [f"{where}_{name}" for where in ("epicentre", "station") for name in ("latitude", "longitude")]
     if any(name not in cube.variables for name in names):
@@ -75,13 +76,15 @@ class MeanFallAlignmentByBOverH:
     Attributes
     ----------
     cosines_per_b_over_h_by_reference_and_axial : dict
-        `MeanOverEarthquakes` of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
-        the reference, and True for its axis or False for its direction (peaks and radial direction only).
+        Lists, by range of B/H, of the mean of ``cosine`` of `mean_cosine_and_sine_to_reference`. Keys: name of the
+        reference, and True if falls and reference are axes (cos 2Δ), False if directions (cos Δ; peaks and radial
+        direction only).
     two_best_aligned_reference_names : tuple of str
-        The two references with the largest alignment of axes in the first range of B/H, among those known for the
-        largest number of records (others are means over different records). Shorter if fewer are known.
+        The two references with the largest mean cos 2Δ in the first range of B/H. Only the references known for the
+        largest number of records are compared, so that all means are over the same records; shorter if there are fewer.
     best_minus_second_axis_cosines_per_b_over_h : list of MeanOverEarthquakes
-        Cosine for the first of these minus that for the second, record by record, for each range of B/H.
+        Mean of cos 2Δ for the best aligned reference minus that for the second best under the same record, by range of
+        B/H.
     """
 
     cosines_per_b_over_h_by_reference_and_axial: dict[tuple[str, bool], list[MeanOverEarthquakes]]
@@ -96,8 +99,8 @@ def alignments_with_reference_axes_by_record_group(
 
     References are the azimuths of PGA and PGV, the pulse axis, the fault normal and the direction from the epicentre.
 
-    The transverse axis is perpendicular to the radial one, so its mean cos 2Δ is that of the radial one with the
-    opposite sign. The radial direction is left out if no record has one.
+    The last one, the radial direction, is left out if no record has one. The transverse axis is no reference of its
+    own: its mean cos 2Δ is that of the radial axis with the opposite sign.
 
     Parameters
     ----------

@@ -26,9 +26,8 @@ from overturning.statistics.opposite_azimuths import fall_count_or_probability_b
 class FallShareRoseAveragedOverEarthquakes:
     """Rose diagram of falls: mean share, over earthquakes, of the falls in each sector of azimuth.
 
-    The sectors cover a full circle, or half of it for axes.
-
-    Sectors are 360° / `ROSE_SECTOR_COUNT` wide and ascending; the first is centred on 0°.
+    The sectors cover a full circle, or half of it for axes. They are 360° / `ROSE_SECTOR_COUNT` wide and ascend; the
+    first is centred on 0°.
 
     Attributes
     ----------
@@ -109,9 +108,10 @@ def fall_rose(
 
     A fall in the 3-D model counts with its `case_weight_in_direction_statistics`, which is small if the fall changes
     direction under nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of
-    an earthquake, and then over earthquakes, with intervals from `mean_share_interval` for each sector by itself.
-    ``measure_from_fault_normal`` measures azimuths from the fault normal and uses the records that have one. ``axial``
-    adds opposite sectors. If the azimuth step does not divide a sector, falls are spread over the step.
+    an earthquake, and then over earthquakes; each sector has its own interval, from `mean_share_interval`. With
+    ``measure_from_fault_normal``, azimuths count from the fault normal, and records without one are left out. With
+    ``axial``, the shares of opposite sectors are added. If the width of a sector is no multiple of the azimuth step of
+    a 2-D study, each fall is spread evenly over one step.
     """
     zero = cube["fault_normal"].to_numpy() if measure_from_fault_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
@@ -151,10 +151,10 @@ def fall_rose(
 def fall_rose_from_fault_normal_if_known(cube: xr.Dataset) -> FallShareRoseAveragedOverEarthquakes:
     """Compute the rose diagram of all falls of a study, with angles from the fault normal if any is known.
 
-    Angles count from the fault normal if at least one record has one.
+    Angles count from the fault normal if at least one record has one, otherwise from north.
 
-    Otherwise angles count from north. The sign of a fault normal is arbitrary, and a block in a plane falls along it,
-    so both have roses of axes. Only a 3-D study without any fault normal has a rose of directions.
+    The rose is one of axes if a fault normal is known, since its sign is arbitrary, and in 2-D, where a block falls
+    along its plane. Only a 3-D study without any fault normal has a rose of directions.
     """
     known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
     return fall_rose(

@@ -20,10 +20,9 @@ _NUMERATOR_AND_DENOMINATOR_BY_SHARE: Final = {
 def count_agreeing_and_differing_2d_3d_outcomes(cube: xr.Dataset) -> xr.Dataset:
     """Count, by record and B/H, cases in which 2-D simulation in the planes of the faces agrees with 3-D simulation.
 
-    Cases in which the models differ are counted, too.
-
-    ``axes_apart`` is the sum of the angles between the fall axes, degrees. Nominal outcomes are used, and the cube is
-    read in batches of records. The counts are the input of `shares_of_agreeing_2d_and_3d_outcomes`.
+    Cases in which the two models differ have counts of their own; ``axes_apart`` is the sum of the angles between the
+    fall axes of the two models, degrees. Nominal outcomes are used, and the cube is read in batches of records. The
+    result is the input of `shares_of_agreeing_2d_and_3d_outcomes`.
     """
     variables = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
     return apply_to_record_batches_and_join(_count_2d_and_3d_agreements_of_batch, cube, variables)
@@ -62,9 +61,9 @@ def shares_of_agreeing_2d_and_3d_outcomes(agreement_counts: xr.Dataset, *kept_di
         ``cases``: number of cases with an outcome in both models. Shares of these cases, missing if there are none:
         ``flag``, the 2-D model predicts correctly whether the stone falls; ``flag_beside``, the same for cases whose
         neighbour in B/H has a different outcome; ``only_space`` and ``only_plane``, the stone falls in the 3-D model
-        only, or in the 2-D model only. For cases that fall in both: ``face``, the share within 45° of the predicted
-        azimuth (over the predicted edge), and ``axis``, the mean angle between the two fall axes, degrees (45° for
-        random axes).
+        only, or in the 2-D model only. For cases that fall in both models: ``face``, the share whose 3-D fall is within
+        45° of the 2-D fall (over the same edge), and ``axis``, the mean angle between the two fall axes, degrees (45°
+        for random axes).
     """
     total = agreement_counts.sum([name for name in agreement_counts.dims if name not in kept_dims])
     shares = {

@@ -25,10 +25,9 @@ RunCountStatistic = Callable[[RunCountArray, RunCountArray, Any], FloatArray]
 def indicator_that_some_runs_fall_and_others_stand(
     plus_1_fall_counts: RunCountArray, run_counts_of_falls_to_minus_1: RunCountArray, known_run_counts: Any
 ) -> FloatArray:
-    """Return, for each case, 1 if some of its ensemble runs fall and others stand, else 0; arguments are run counts.
+    """Return, for each case, 1 if some of its ensemble runs fall and others stand; otherwise 0.
 
-    Of `known_run_counts` runs, `plus_1_fall_counts` fall to +1 and
-    `run_counts_of_falls_to_minus_1` fall to −1.
+    Of `known_run_counts` runs, `plus_1_fall_counts` fall to +1 and `run_counts_of_falls_to_minus_1` fall to −1.
     """
     fall_counts = plus_1_fall_counts + run_counts_of_falls_to_minus_1
     return np.asarray((fall_counts > 0) & (fall_counts < known_run_counts), np.float64)
@@ -56,25 +55,25 @@ def average_first_batch_statistic_over_run_orders(
 ) -> FloatArray:
     """Estimate a statistic of each case's first batch of ensemble runs, without bias from sequential stopping.
 
-    A cell gets no further runs once its fall probabilities have converged, so a statistic of all runs depends on when
-    each cell stopped. The first batch has the same size in every cell. Its statistic is averaged over all orders in
-    which the runs of a cell can have come without convergence before the last batch, for independent runs (Girshick,
-    Mosteller & Savage 1946, Annals of Mathematical Statistics 17; Jung & Kim 2004, Statistics in Medicine 23). For a
-    scene with several elements, the convergence of the other elements is neglected.
+    A case gets no further runs once its fall probabilities have converged, so a statistic of all its runs depends on
+    when they stopped. The first batch has the same size in every case. Its statistic is averaged over all orders of the
+    outcomes of a case's runs for which convergence is not reached before the last batch, for independent runs
+    (Girshick, Mosteller & Savage 1946, Annals of Mathematical Statistics 17; Jung & Kim 2004, Statistics in Medicine
+    23). For a scene with several elements, the convergence of the other elements is neglected.
 
     Parameters
     ----------
     statistic_of_run_counts_function : callable
         Statistic of a batch, such as `indicator_that_some_runs_fall_and_others_stand`.
     share_of_runs_falling_to_plus_1, share_of_runs_falling_to_minus_1, known_run_counts : array_like, of one shape
-        Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the cell was not run.
+        Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the case was not run.
     ensemble_settings : EnsembleSettings
         Settings of the ensemble.
 
     Returns
     -------
     ndarray, of that shape
-        NaN if the cell was not run. Averaged over all orders, without regard to stopping, if the outcome of a run is
+        NaN if the case was not run. Averaged over all orders, without regard to stopping, if the outcome of a run is
         unknown, or with more than `MAX_ENSEMBLE_RUNS_TO_ENUMERATE_STOPPING_ORDERS` runs, for which the difference is
         negligible.
     """
@@ -126,9 +125,9 @@ def _decode_plus_1_and_minus_1_fall_counts(run_count: int) -> tuple[RunCountArra
 
 
 def _run_sequence_share_by_code_of_two_fall_counts(run_count: int) -> FloatArray:
-    """Return, for each code (which encodes two fall counts), the share of all sequences of runs with these counts.
+    """Return, for each code of two fall counts, the share of all possible sequences of runs that have these counts.
 
-    An order is a sequence of `run_count` outcomes (+1, −1 or stands) of one batch.
+    A sequence has `run_count` outcomes (+1, −1 or stands). For codes see `_decode_plus_1_and_minus_1_fall_counts`.
     """
     towards, away = _decode_plus_1_and_minus_1_fall_counts(run_count)
     return np.asarray(comb(run_count, towards) * comb(run_count - towards, away) / 3.0**run_count)

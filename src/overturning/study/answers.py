@@ -82,6 +82,6 @@ def fall_azimuths_differ(
 def mask_of_cases_with_different_falls(
     first_outcomes: CaseOutcomeArray, second_outcomes: CaseOutcomeArray
 ) -> NDArray[np.bool_]:
-    """True for cases in which any scene element falls in only one of two computations, or elsewhere, shape (cases,)."""
+    """True for cases in which two computations differ in whether or where any element falls; shape (cases,)."""
     flags_differ = first_outcomes["overturned"] != second_outcomes["overturned"]
     return np.asarray((flags_differ | fall_azimuths_differ(first_outcomes, second_outcomes)).any(axis=1))

@@ -50,10 +50,10 @@ class RerunOutcomeChangesOrFailureReason(BaseModel):
 
 
 class ChangesWithFinerSteps(BaseModel):
-    """Numbers of cases whose outcome changes with finer time steps, and results of their tests.
+    """Numbers of cases whose outcome changes with finer time steps, and of those confirmed or chaotic in a retest.
 
-    A change is confirmed if still finer steps, and a motion larger by `RELATIVE_AMPLITUDE_PERTURBATION`, have the new
-    outcome, too; a case is chaotic if that motion changes the outcome.
+    A change is confirmed if two further runs, one with still finer steps and one with a motion larger by
+    `RELATIVE_AMPLITUDE_PERTURBATION`, have the new outcome, too; a case is chaotic if the larger motion changes it.
     """
 
     changed_cases: int

@@ -75,12 +75,13 @@ def rerun_cases_with_finer_steps_and_stiffer_contacts(
 ) -> ConvergenceCheckResult:
     """Rerun a random sample of cases with finer steps and stiffer contacts, at a limited cost; count changed outcomes.
 
-    Stiffer springs are run first, in growing batches; their block steps predict the cost of finer steps. Finer steps
-    are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
-    are evaluated for these cases. `records` are the processed records in the order of the study, whose `verification`
-    must be settings, not "none". The result does not depend on the number of threads. `progress` is called with the
-    number of finished cases and of all cases of both runs. The cells `sample_for_rigid_block_comparison`, from
-    `read_sample_to_compare_with_rigid_block`, are compared with the exact rigid block.
+    The cost is counted in block time steps. Stiffer springs are run first, in growing batches; their cost predicts that
+    of finer steps. Finer steps are run for the first cases of the same random order, as many as the remaining cost
+    permits, and only these cases are evaluated, for stiffer springs as well. `records` are the processed records in the
+    order of the study; the key `verification` of the study must hold settings, not a word such as "none". The result
+    does not depend on the number of threads. `progress` is called with the number of finished cases and the largest
+    possible number of cases of the two reruns. `sample_for_rigid_block_comparison`, from
+    `read_sample_to_compare_with_rigid_block`, holds the cases to compare with the exact rigid block.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
@@ -156,7 +157,7 @@ class _CaseReruns:
     def rerun_affordable_cases_unless_refused(
         self, rerun_kind: str, all_reruns_to_this_rerun_step_ratio: float, max_block_time_steps_of_reruns: int
     ) -> bool:
-        """Rerun as many cases as a number of block time steps permits; return False if cases cannot be computed."""
+        """Rerun as many cases as a limit on block time steps permits; return False if the solver refuses the rerun."""
         most = len(self.sample.record_indices)
         size = min(PILOT_CASE_COUNT, most, max(self.sample.study_case_count_without_symmetry_copies // 12, 1))
         while size > 0:
@@ -171,7 +172,7 @@ class _CaseReruns:
         return True
 
     def rerun_missing_first_cases_unless_refused(self, rerun_kind: str, count_of_first_sample_cases: int) -> bool:
-        """Rerun those of the first cases of the sample that this kind of rerun lacks; return False if it is refused."""
+        """Rerun the first cases of the sample, but for those already done; return False if the solver refuses them."""
         try:
             more = self._rerun_cases(
                 rerun_kind, np.arange(len(self.rerun_outcomes_by_kind[rerun_kind]), count_of_first_sample_cases)
@@ -284,7 +285,7 @@ class _CaseReruns:
     def rerun_and_count_confirmed_and_chaotic_changes(
         self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
     ) -> ChangesWithFinerSteps:
-        """Rerun cases that finer steps change, with finest steps and a perturbed motion; count confirmed, chaotic."""
+        """Rerun cases that finer steps change; count changes that are confirmed, and cases that are chaotic."""
         finer = self.rerun_outcomes_by_kind["finer"][:count_of_first_sample_cases]
         changed = np.flatnonzero(self._masks_of_known_and_changed_outcomes(count_of_first_sample_cases)[1])
         # Cost: steps half as long (2), and the finer steps once more (1).
@@ -305,7 +306,7 @@ class _CaseReruns:
     def rerun_falls_and_count_changes_with_amplitude(
         self, count_of_first_sample_cases: int, max_block_time_steps_of_reruns: int
     ) -> FallChangesUnderSlightlyChangedAmplitude | None:
-        """Rerun 3-D falls with slightly weaker and stronger motions; count falls that change; None if 2-D."""
+        """Rerun 3-D falls with slightly weaker and stronger motions; count the falls that change (2-D: return None)."""
         own, finer = (
             self.sample.study_outcomes[:count_of_first_sample_cases],
             self.rerun_outcomes_by_kind["finer"][:count_of_first_sample_cases],

@@ -291,9 +291,9 @@ def find_study_with_title_and_figure_settings(cube: "xr.Dataset", study: Study |
 def default_height_and_friction_of_figures(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return the height and friction that figures show by default: by dimension name, a list of one value.
 
-    The block is set by `figures` of the `find_study_with_title_and_figure_settings`, with the first height and the last
-    friction as defaults. No selection is made along a dimension that the cube holds only in part, or if the cube
-    belongs to no study.
+    The values are those of `figures` in the study (see `find_study_with_title_and_figure_settings`); if not set, the
+    first height and the last friction of the study. A dimension is left out if the cube has only part of the study's
+    values along it. The result is empty if the cube belongs to no study.
     """
     own = find_study_with_title_and_figure_settings(cube, study)
     if own is None:
@@ -314,8 +314,8 @@ def select_heights_and_frictions(
 ) -> "xr.Dataset":
     """Select heights and frictions from a results cube; an `ArgumentError` names a value that it does not have.
 
-    With `choose_default_if_only_one_dimension_given`, if only one of both is given, the other is that of the block that
-    figures show first.
+    If only heights or only frictions are given, all values of the other dimension are kept, or, with
+    `choose_default_if_only_one_dimension_given`, the one of `default_height_and_friction_of_figures`.
     """
     given = {"height": chosen_heights_m, "friction": chosen_friction_coefficients}
     for name, chosen in given.items():

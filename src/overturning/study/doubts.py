@@ -226,7 +226,7 @@ def _population_outside_grid_warnings(study: Study, population: StonePopulation)
     quantile = (np.arange(50) + 0.5) / 50
 
     def values_at_evenly_spaced_quantiles(uniform_range: UniformRange) -> FloatArray:
-        """Return values of a uniform distribution at 50 evenly spaced quantiles."""
+        """Return the values of a uniform distribution at 50 evenly spaced probabilities."""
         return np.asarray(uniform_range.low + (uniform_range.high - uniform_range.low) * quantile)
 
     width, height = (

@@ -55,12 +55,13 @@ def mask_of_cases_for_ensemble_runs(
     grid_dimension_count: int = 4,
     nominal_fall_azimuth_deg: FloatArray | None = None,
 ) -> NDArray[np.bool_]:
-    """Return a mask of the cases for which ensemble runs are made: those near a change of outcome.
+    """Return a mask of the cases that get ensemble runs: those near a change of outcome along B/H, or all.
 
-    These are all cells with `choose_all_cells`, or if there is a single B/H. Otherwise, cells within two steps along
-    B/H of a change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag
-    differs from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
-    (`nominal_fall_azimuth_deg`, NaN without a fall) by `MIN_FALL_AZIMUTH_CHANGE_BETWEEN_CELLS_DEG` or more counts, too.
+    All cases are chosen with `choose_all_cells`, or if there is a single B/H. Otherwise those among the nearest two on
+    each side of a change, along B/H, of the nominal fall flag of any element; a missing flag differs from all others.
+    In the 3-D model, where flags do not show the direction, a change of the fall azimuth by
+    `MIN_FALL_AZIMUTH_CHANGE_BETWEEN_CELLS_DEG` or more counts, too (`nominal_fall_azimuth_deg`, NaN without a fall).
+    Flags have shape (a, h, b, …) or (a, h, b, …, elements): a directions, h heights, b values of B/H.
     """
     shape = nominal_fall_flags.shape[:grid_dimension_count]
     if choose_all_cells or shape[2] == 1:
@@ -82,7 +83,7 @@ def mask_of_cases_for_ensemble_runs(
 def wilson_95_percent_interval(matching_count: ArrayLike, total_count: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Compute the 95 % Wilson interval (low, high) of a share of cases; (0, 1) if `total_count` is 0.
 
-    Wilson (1927), Journal of the American Statistical Association 22. SciPy's takes one share at a time: too slow.
+    Wilson (1927), Journal of the American Statistical Association 22. SciPy's function is too slow: one share per call.
     """
     n, k = np.asarray(total_count, np.float64), np.asarray(matching_count, np.float64)
     known = np.maximum(n, 1.0)
@@ -94,11 +95,11 @@ def wilson_95_percent_interval(matching_count: ArrayLike, total_count: ArrayLike
 
 
 def fall_probability_convergence_mask(member_fall_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
-    """True for cases whose fall probabilities are accurate enough without further ensemble runs, shape (cells,).
+    """True for cases whose fall probabilities are accurate enough without further ensemble runs, shape (cases,).
 
-    For every element the intervals (`wilson_95_percent_interval`) of both probabilities (fall to +1 and to −1) are
-    within ±`max_half_width`. Flags, shape (cells, members) or (cells, members, elements), are missing if the
-    member has no outcome or was not run yet. The result depends on the flags of the cell only.
+    Criterion: for every element, the intervals (`wilson_95_percent_interval`) of the probabilities of a fall to +1 and
+    to −1 have half-widths of at most `max_half_width`. Flags have shape (cases, members) or (cases, members,
+    elements), and are missing if a member has no outcome or was not run yet. Each case is judged by its own flags only.
     """
     known = (member_fall_flags != INT8_MISSING).sum(axis=1)
     known_well = mask_of_narrow_fall_share_intervals(
@@ -113,7 +114,7 @@ def mask_of_narrow_fall_share_intervals(
     known_outcome_counts: ArrayLike,
     max_half_width: float,
 ) -> NDArray[np.bool_]:
-    """Return a mask of narrow 95 % intervals: both shares of falls (to either side) within ±`max_half_width`."""
+    """True where the 95 % intervals of the shares of falls to +1 and to −1 have half-widths up to a maximum."""
     ends = [
         wilson_95_percent_interval(count, known_outcome_counts)
         for count in (plus_1_fall_counts, run_counts_of_falls_to_minus_1)
@@ -126,7 +127,7 @@ def fall_shares_by_relief_variable_name(
 ) -> dict[str, NDArray[Any]]:
     """Return shares of falls among runs with low and high relief, the height up to which base points bear load.
 
-    Each share has shape (cells,), flags (cells, members); a share is NaN if no run of that half has an outcome.
+    Flags have shape (cases, members), each share has shape (cases,); a share is NaN if none of its runs has an outcome.
     """
     known = member_fall_flags != INT8_MISSING
     counts = [((known & half).sum(axis=1), ((member_fall_flags == 1) & half).sum(axis=1)) for half in (
@@ -140,7 +141,7 @@ def fall_shares_by_relief_variable_name(
 def subtask_progress_callback(
     progress: ProgressCallback | None, share_before: float, share_after: float
 ) -> ProgressCallback | None:
-    """Return a callback that converts the progress of a part of a task to that of the whole, for `progress`."""
+    """Return a callback that takes the progress of part of a task and reports that of the whole to `progress`."""
     if progress is None:
         return None
     share = share_after - share_before
@@ -175,8 +176,9 @@ class EnsembleRunner:
         """Run ensembles of all cases, or of those near an outcome change; return results and cost (steps × stones).
 
         `nominal_outcomes_by_variable_name` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the
-        mark of cells that are copied from others by symmetry; these are not run. `run_cases` simulates given cases. The
-        variables have shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
+        flag of cases that are copied from others by symmetry; these are not run, their results are copied, too.
+        `run_cases` simulates the cases that it is given. The results, arrays by variable name, have the shape of the
+        grid, (a, h, b, …), or that of `overturned` if they differ between elements; missing floats are NaN.
         """
         overturned, members = nominal_outcomes_by_variable_name["overturned"], self.members
         computed = nominal_outcomes_by_variable_name[self.model.symmetry_copy_flag_variable_name] == 0

@@ -35,7 +35,7 @@ class EnsembleParameterChanges:
     orientation_change_deg : ndarray, shape (n,)
         Rotation of the body on the ground, added to its orientation, degrees clockwise.
     relief_m : ndarray, shape (n,)
-        Height above the lowest point up to which points of a scanned stone's base bear, m; NaN: as for the body.
+        Height above the lowest point up to which points of a scanned stone's base bear load, m; NaN: the body's own.
     """
 
     sobol_sequence_number: NDArray[np.int64]

@@ -28,14 +28,15 @@ if TYPE_CHECKING:
 
 
 def film_command_options_and_stone_sizes(cube: "xr.Dataset") -> dict[str, Any]:
-    """Return options with which the command `overturning one` films cases of a results cube, and stone sizes.
+    """Return the options with which `overturning one` films cases of a results cube, and the stone sizes to give.
 
     Returns
     -------
     dict
-        ``missing``: reason why no command simulates these cells, or ""; ``options``: list of str; ``heights`` (by
-        height, m) and ``ratios`` (by B/H) of the reference element of the scene; ``friction``: False where the scene
-        has coefficients of its own; ``pulses``: options of the records that are no file, by id.
+        ``missing``: reasons why `overturning one` cannot simulate these cases, or ""; ``options``: its options, list of
+        str; ``heights`` (m) and ``ratios`` (B/H): size of the scene's reference element for each height and B/H of the
+        cube; ``friction``: False if the scene sets all its friction coefficients; ``pulses``: definition of each
+        synthetic pulse, by record id.
     """
     if "study" not in cube.attrs:
         empty: dict[str, Any] = {"options": [], "heights": [], "ratios": [], "friction": True, "pulses": {}}
@@ -56,7 +57,7 @@ def film_command_options_and_stone_sizes(cube: "xr.Dataset") -> dict[str, Any]:
 
 
 def _unsupported_reasons_and_motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Return reasons why `overturning one` cannot simulate a study's motions, and its options for these motions."""
+    """Return reasons why `overturning one` cannot apply a study's motions, and the options that select the motions."""
     own = settings_changed_by_variant(study, variant)
     missing = []
     if study.processing is not None:
@@ -76,7 +77,7 @@ def _unsupported_reasons_and_motion_options(study: Study, variant: str) -> tuple
 
 
 def _obstacles_and_model_options_of_overturning_one(study: Study, variant: str) -> tuple[list[str], list[str]]:
-    """Return reasons why `overturning one` cannot simulate a study's block or scene, and its options for that model."""
+    """Return reasons why `overturning one` cannot simulate a study's block or scene, and the options that set it."""
     contact = variant_contact_settings(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
@@ -99,7 +100,7 @@ def _obstacles_and_model_options_of_overturning_one(study: Study, variant: str) 
 
 
 def _scene_file_holds_same_scene(scene: Scene) -> bool:
-    """True if the scene file named like `scene` exists and defines an equal scene."""
+    """True if a scene file with the name of `scene` exists and defines an equal scene."""
     with suppress(OverturningError):
         return load_scene(scene.name) == scene
     return False

@@ -124,7 +124,7 @@ def _copy_record_outcomes_into_cube_if_complete(
     grid: CaseGrid,
     outcome_variables: Sequence[OutcomeVariable],
 ) -> bool:
-    """Copy the outcomes of a record from its files into a results cube; return False, without a copy, if cases miss."""
+    """Copy a record's outcomes from its files into a cube; return False, copying nothing, if a case is in no file."""
     with ExitStack() as stack:
         parts = [
             stack.enter_context(open_checked_outcome_file_for_reading(path, grid, outcome_variables))
@@ -147,7 +147,7 @@ def _copy_record_outcomes_into_cube_if_complete(
 
 
 def _add_record_coordinate_variables(cube: Any, records: Sequence[Record], uses_vertical_motion: bool) -> None:
-    """Add coordinates of records, such as station and fault strike, to a results cube; unknown values are missing."""
+    """Add coordinates of records, such as station and fault-normal azimuth, to a cube; unknown values are missing."""
     add = partial(create_coordinate_variable, cube, "record")
     add("record", "i4", range(len(records)), long_name="number of the record", units="1")
     for name, long_name, texts in (

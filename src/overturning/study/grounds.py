@@ -12,10 +12,10 @@ from overturning.study.sections import Variant
 
 
 def variant_or_soil_cube_name(study: Study, soil_site: SoilSite | None) -> str:
-    """Return the name of the results cube that was computed with motions on top of given soil layers.
+    """Return the name of the results cube that is computed with motions on top of given soil layers.
 
-    The name is "nominal" without soil, that of a variant which changes nothing but the soil to these layers, or
-    otherwise derived from the layers, so that equal layers are computed once.
+    Without soil the name is "nominal". If a variant of the study changes only the soil, to these layers, it is the name
+    of this variant; otherwise a name with a hash of the layers, so that equal layers are simulated once.
     """
     if soil_site is None:
         return NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
@@ -26,9 +26,9 @@ def variant_or_soil_cube_name(study: Study, soil_site: SoilSite | None) -> str:
 
 
 def survey_cube_name_and_other_cube_names_by_site(study: Study, survey: SurveySettings) -> tuple[str, dict[str, str]]:
-    """Return the name of the results cube for a survey, and by site the cubes of sites with other soil layers.
+    """Return the name of a survey's results cube, and by site the cube names of sites with other soil layers.
 
-    See `variant_or_soil_cube_name`. A site (cemetery) with the soil layers of the whole survey is left out.
+    Sites (cemeteries) with the soil layers of the survey are left out. For the names see `variant_or_soil_cube_name`.
     """
     default = variant_or_soil_cube_name(study, survey.site)
     named = {site: variant_or_soil_cube_name(study, soil) for site, soil in survey.sites.items()}
@@ -36,10 +36,9 @@ def survey_cube_name_and_other_cube_names_by_site(study: Study, survey: SurveySe
 
 
 def soil_layers_and_records_by_soil_cube_name(study: Study) -> dict[str, tuple[SoilSite, list[str]]]:
-    """Return, by name of the cube, soil layers that need their own results cube, and the records to simulate on them.
+    """Return, by cube name, the survey soil layers that need a results cube, and the records to simulate on them.
 
-    The soil layers of a study's variants are left out, since each variant has a cube. Records are in the order of the
-    study.
+    Soil layers of a variant are left out, since each variant has a cube. Records are in the order of the study.
     """
     soils, records = dict[str, SoilSite](), dict[str, set[str | None]]()
     for survey in study.surveys:

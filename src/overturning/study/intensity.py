@@ -65,7 +65,7 @@ def write_intensity_measures(study: Study, records: Sequence[Record], output_pat
 def _azimuth_independent_measure_variables(
     records: Sequence[Record], oscillator_periods_s: FloatArray
 ) -> dict[str, Any]:
-    """Compute, as dataset variables by name, the intensity measures without dependence on azimuth; NaN if undefined."""
+    """Compute the intensity measures that do not depend on azimuth; return dataset variables by name."""
     motions = [Motion.of(record) for record in records]
     columns = [
         jma_intensity_and_raw_and_processed_peaks(motion, record.processing)

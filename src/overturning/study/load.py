@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def load_study(path: Path) -> Study:
     """Read a study file and return the validated study.
 
-    A `ConfigError` is raised if the file cannot be read, or names file, key, value and remedy of each fault.
+    A `ConfigError` is raised if the file cannot be read or is invalid; the message names each wrong key, with remedy.
     """
     return study_from_content(read_unvalidated_study_content(path), str(path))
 
@@ -29,13 +29,13 @@ def read_unvalidated_study_content(
 ) -> dict[str, Any]:
     """Read keys and values of a study file without validation; raise a `ConfigError` if it cannot be read.
 
-    `remedy_in_error_message` is stated in the message if the file is missing or must not be read.
+    `remedy_in_error_message` is the remedy stated if the file is missing or its permissions forbid reading.
     """
     return read_yaml_mapping(path, "study", "see config/README.md", remedy_in_error_message)
 
 
 def study_from_content(study_file_content: Mapping[str, Any], study_file_in_error_messages: str) -> Study:
-    """Return the study described by the content of a study file; the ConfigError has a line for each wrong key."""
+    """Return the study that a study file's content describes; a `ConfigError` has a line for each wrong key."""
     try:
         return Study.model_validate(dict(study_file_content))
     except ValidationError as error:

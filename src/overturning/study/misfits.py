@@ -43,7 +43,7 @@ def incompatible_setting_messages(study: Any) -> Iterator[str]:
 
 
 def _messages_on_settings_that_need_a_body(study: Any) -> Iterator[str]:
-    """Yield a message for each setting of stone population or ensemble that needs a 3-D body if the study has none."""
+    """Yield, for a study without 3-D body, a message for each ensemble or population setting that needs a body."""
     if study.body is None and (study.ensemble.relief is not None or study.ensemble.orientation):
         yield "ensemble.relief, ensemble.orientation: only a single 3-D body has them; give `body`, or leave them out"
     if study.body is None and study.population is not None:
@@ -64,7 +64,7 @@ def _invalid_variant_messages(study: Any) -> Iterator[str]:
 
 
 def _survey_and_published_value_error_messages(study: Any) -> Iterator[str]:
-    """Yield a message for each setting that is incompatible with the study's surveys or published values."""
+    """Yield a message for each survey or published value that does not fit the records, grid or soil of the study."""
     for row in study.published:
         if row.record not in study.records.use:
             yield f"published: record {row.record!r} is not in records.use"
@@ -154,7 +154,7 @@ def _primary_statistic_conflict_messages(study: Any) -> Iterator[str]:
 
 
 def _research_question_conflict_messages(study: Any) -> Iterator[str]:
-    """Yield a message for each setting that is incompatible with the kind of question of the study."""
+    """Yield a message for each setting that is incompatible with ``asks``, the kind of question of the study."""
     if study.asks == "survey" and not (study.surveys or study.published):
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
     if study.asks == "reference" and study.body is None and not study.is_stack:

@@ -17,9 +17,10 @@ from overturning.model.variables import OutcomeVariable
 def open_netcdf_without_masking_and_scaling(
     path: Path, action_participle_in_error_message: str, remedy_in_error_message: str, require_checksum: bool = False
 ) -> Any:
-    """Open a netCDF4 file for reading stored values without masking and scaling; the ResultError states a remedy.
+    """Open a netCDF4 file for reading its values as they are stored, without masking and scaling.
 
-    A file whose checksum does not match is refused; with `require_checksum`, also a file without a checksum.
+    A `ResultError` is raised if the file cannot be opened, or if its checksum is wrong or, with `require_checksum`,
+    absent. `action_participle_in_error_message`, such as "read", completes "cannot be" in the message.
     """
     from netCDF4 import Dataset
 
@@ -89,7 +90,7 @@ MAX_VALUES_PER_HDF5_CHUNK: Final = 1 << 20
 
 
 def hdf5_chunk_shape(variable_shape_for_one_record: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the HDF5 chunk shape of a variable for one record: all of its cases, or those of some directions."""
+    """Return the HDF5 chunk shape of one record's variable: the whole array, or only some directions if it is large."""
     return (
         min(
             variable_shape_for_one_record[0],

@@ -71,9 +71,9 @@ def grid_of_chunk(
 ) -> CaseGrid:
     """Return the part of a parameter grid that one chunk (job) of a record's simulation covers.
 
-    Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
-    from each other by symmetry stay together, and so do all B/H, since the ensemble compares neighbours along B/H.
-    Some chunks are empty if there are more chunks than groups of such directions.
+    Only the directions are divided: they go to the chunks in turn, so that run times are similar. Directions whose
+    outcomes are symmetric copies of each other go to the same chunk. B/H is not divided, since the ensemble compares
+    neighbours along B/H. If there are more chunks than groups of symmetric directions, some chunks are empty.
     """
     name = grid.dimension_names[0]
     directions = grid[name]

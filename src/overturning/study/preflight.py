@@ -88,7 +88,7 @@ class StudySizeEstimate:
 def estimate_job_seconds_by_workflow_rule(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     """Estimate the processor time, s, of one job of each workflow rule, to a factor of about two.
 
-    The rule ``record_figures`` has the time per record. The rule ``sweep`` (simulation) has one job per record, variant
+    The time of ``record_figures`` is that for one record. ``sweep`` (simulation) has one job for each record, variant
     and chunk of cases.
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
@@ -177,7 +177,7 @@ def _closest_existing_folder(folder_that_may_not_exist: Path) -> Path:
 
 
 def check_soil_curve_package(study: Study, study_file_in_error_messages: str) -> None:
-    """Raise a `ConfigError` if the optional package with a study's soil curves is missing, or lacks one of them."""
+    """Raise a `ConfigError` if the optional package pystrata is missing, or lacks one of the study's soil curves."""
     from overturning.motion.soil import check_pystrata_has_soil_curves
 
     problems: dict[str, None] = {}
@@ -196,8 +196,8 @@ def find_record_rows_and_files(
 ) -> tuple[dict[str, RecordTableRow], dict[str, list[Path]]]:
     """Return the record-table rows that a study uses, and the files that the user provides, by record id.
 
-    A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
-    `MissingDataError` all files that are missing.
+    A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records. A
+    `MissingDataError` names the missing files.
     """
     entries, folder = read_record_table_rows_of_study(study, study_file_in_error_messages), Path(study.records.folder)
     files: dict[str, list[Path]] = {}
@@ -262,9 +262,9 @@ def read_and_process_records_and_collect_notes(
 
 
 def can_compute_fault_alignment(record_table_rows: Iterable[RecordTableRow]) -> bool:
-    """True if the alignment of falls with the fault can be computed: fault strike known for some record.
+    """True if the alignment of falls with the fault can be computed: some record has a known fault strike.
 
-    If only some records have a velocity pulse, the strike of one of these must be known (the others are the control).
+    If only some records have a velocity pulse, one of these must have a known strike; the others are for comparison.
     """
     records = list(record_table_rows)
     with_control = {True, False} <= {entry.pulse for entry in records}
@@ -285,10 +285,10 @@ def notes_if_primary_statistic_is_unavailable(
 
 
 def _check_cases_at_grid_limits(study: Study, shortest_sampling_interval_s: float) -> None:
-    """Check that a study's cases of extreme size, B/H and friction can be simulated; a ConfigError if not.
+    """Raise a `ConfigError` if a study's cases of extreme height, B/H, D/B or friction cannot be simulated.
 
-    Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling
-    `shortest_sampling_interval_s`, s.
+    The integration scheme, time step, contact and scene have limits that depend on the stone sizes and on
+    `shortest_sampling_interval_s`, the shortest sampling interval of the records, s.
     """
     from overturning.dem.run import plan_simulation  # imported lazily: imports Numba
 
@@ -316,7 +316,7 @@ def _check_cases_at_grid_limits(study: Study, shortest_sampling_interval_s: floa
 def _replace_argument_by_study_key_in_message(simulation_error_message: str, variant: str) -> str:
     """Replace the name of a simulation argument in an error message by the key of the study that sets it.
 
-    A message about an argument without a key gets the name of the variant, unless it concerns the study itself.
+    If no key sets the argument, a message on a variant begins with the variant's name; one on the study is unchanged.
     """
     name, rest = simulation_error_message.partition(":")[::2]
     own = "" if variant == NAME_OF_STUDY_ITSELF_AMONG_VARIANTS else f"variants.{variant}."
@@ -330,10 +330,10 @@ def _replace_argument_by_study_key_in_message(simulation_error_message: str, var
 
 
 def _record_is_known_too_weak_to_move_any_block(study: Study, record: "Record") -> bool:
-    """True if the motion is surely too weak to move a stone: |a| ≤ (g + a_up) min(B/H, D/H, µ) in every case.
+    """True if a record is too weak to move any stone of a study: |a| ≤ (g + a_up) min(B/H, D/H, µ) in every case.
 
-    False for a scene (its elements have thresholds of their own), a body given by vertices, and records amplified by
-    soil, for which the threshold is not known before the run.
+    Here a is the horizontal and a_up the upward acceleration of the ground. The result is False for a scene, a body
+    given by vertices, and motions amplified by soil, for which this is not known before the run.
     """
     others = any(one.scene is not None for one in study.variants.values())
     vertices = study.body is not None and study.body.vertices is not None

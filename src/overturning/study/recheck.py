@@ -50,10 +50,11 @@ class ResimulationComparison:
 
 
 def stated_or_computed_hash_of_cube_outcomes(cube_path: Path) -> str:
-    """Return the stated or computed hash of outcomes in a results cube, to detect changes by another program.
+    """Return the hash of the outcomes in a results cube, to detect changes by another program.
 
-    If the file has the correct checksum of its run, it is unchanged: the hash that it states (``content_sha256``) is
-    returned. Another program that saves the cube leaves no checksum but keeps that attribute, so the hash is computed.
+    If the checksum at the end of the file is correct, the file is unchanged since its run, and its attribute
+    ``content_sha256`` is returned. Otherwise the hash is computed, since another program that saves the cube removes
+    the checksum but keeps the attribute.
     """
     with open_cube(cube_path, element=None, amplitude=None) as cube:
         variables, stated = cube_variables_of_study(study_of_cube(cube)), str(cube.attrs["content_sha256"])
@@ -68,8 +69,8 @@ def recompute_and_compare_random_cases(
 ) -> ResimulationComparison:
     """Simulate a random sample of cases of a results cube again, and compare the outcomes bit for bit.
 
-    An `ArgumentError` is raised if `max_random_case_count` is below 1, a `ResultError` if the cube or a motion is
-    missing, or if the cube is only a part of the cube of its study.
+    An `ArgumentError` is raised if `max_random_case_count` is below 1; a `ResultError` if the cube or a motion is
+    missing, or if the cube does not have all cases of its study.
     """
     if max_random_case_count < 1:
         raise ArgumentError(f"cells: {max_random_case_count}; at least 1")
@@ -86,7 +87,7 @@ def recompute_and_compare_random_cases(
 
     @cache
     def read_motion_with_components_used_by_study(record_id: str) -> Motion:
-        """Read the stored motion of a record, without its vertical component if the results cube is without it."""
+        """Read the stored motion of a record, without vertical component if the study or variant does not apply it."""
         if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
         return record_motion_with_up_only_if_variant_uses_it(study, read_record_from_motion_file(of_record), variant)
@@ -124,7 +125,7 @@ def _recompute_case_of_grid(
     variant: str,
     with_ensemble_runs: bool,
 ) -> dict[str, Any]:
-    """Simulate one case of the grid again, or the case of which it is a symmetric copy; return values by variable."""
+    """Simulate one case of the grid again, or the case whose symmetric copy it is; return outcomes by variable name."""
     sources = (
         variant_model(study, variant)
         .simulated_direction_for_each_direction(grid)

@@ -244,7 +244,7 @@ def back_up_cubes(results_folder: Path) -> None:
 
 
 def restore_deleted_cubes_from_backups(results_folder: Path) -> None:
-    """Restore deleted cubes from their backups after an interrupted run; old file times make a run remake them."""
+    """Restore deleted cubes from backups after an interrupted run; their file time 0 makes the next run remake them."""
     for kept in results_folder.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
         if path.exists():

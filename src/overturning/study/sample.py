@@ -138,7 +138,10 @@ def read_random_case_sample(
 
 
 def read_sample_to_compare_with_rigid_block(cube_path: Path, study: Study) -> RandomCaseSample | None:
-    """Choose up to `MAX_CELLS_COMPARED_WITH_RIGID_BLOCK` cases to compare with a rigid block; None without such."""
+    """Read up to `MAX_CELLS_COMPARED_WITH_RIGID_BLOCK` random cases of blocks that have too much friction to slide.
+
+    They are compared with a rigid block. None if there are no such cases, or the study has no convergence check.
+    """
     among = mask_of_single_blocks_that_cannot_slide(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):

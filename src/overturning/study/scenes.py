@@ -69,8 +69,8 @@ def select_outcomes_of_element(cube: "xr.Dataset", element_name: str) -> "xr.Dat
 def compared_element_names_of_study_and_variant(study: Study, variant: str) -> tuple[str, str]:
     """Return the names of the scene elements whose outcomes are compared between a study and one of its variants.
 
-    These are the elements whose outcomes are shown by default. If they have different names, and one of them is in both
-    scenes, this element is compared.
+    These are the elements shown by default in the scenes of study and variant. If their names differ, but an element
+    of one of these names is in both scenes, this name is returned twice.
     """
     scenes = [variant_scene(study, name) for name in (NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant)]
     shown = [scene.name_of_element_shown_by_default for scene in scenes]
@@ -93,7 +93,7 @@ def variant_model(study: Study, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIAN
 
 
 def variant_grid(study: Study, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS) -> CaseGrid:
-    """Return the parameter grid of a study or variant: azimuths or orientations, height, B/H, friction and others."""
+    """Return the parameter grid of a study or variant: directions, height, B/H, D/B, friction, amplitude, elements."""
     model = variant_model(study, variant)
     values = {
         "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspect_ratios_d_over_b,
@@ -159,7 +159,11 @@ class StudyToSceneSizeConversion:
     def to_variant_reference_stone_b_over_h(
         self, study_b_over_h_by_case: FloatArray, nominal_b_over_h_values_of_study: FloatArray
     ) -> FloatArray:
-        """Convert B/H of the study's stone to those of the stone that sets the size of the variant's scene."""
+        """Convert B/H of the study's stone to those of the stone that sets the size of the variant's scene.
+
+        If that stone keeps its own B/H, the result is this B/H times the ratio of the study stone's B/H, which varies
+        in ensembles, to the nearest value in `nominal_b_over_h_values_of_study`.
+        """
         if self.scene_b_over_h_if_study_reference_differs is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
             study_b_over_h_by_case = self.scene_b_over_h_if_study_reference_differs * (
@@ -221,5 +225,5 @@ def names_of_settings_in_which_variants_differ(study: Study, variant: str, other
 def record_motion_with_up_only_if_variant_uses_it(
     study: Study, record: Record, variant: str = NAME_OF_STUDY_ITSELF_AMONG_VARIANTS
 ) -> Motion:
-    """Return the motion of a record for a study or variant, which may omit the vertical component."""
+    """Return the motion of a record, without vertical component if the study or variant does not apply it."""
     return Motion.of(record if variant_uses_vertical_motion(study, variant) else replace(record, up=None))

@@ -228,7 +228,7 @@ class Study(StrictModel):
     @field_validator("variants")
     @classmethod
     def _fill_variant_contacts(cls, variants: dict[str, Variant], info: ValidationInfo) -> dict[str, Variant]:
-        """Set missing contact settings of each variant to those of the study."""
+        """Set the missing keys in the contact settings of a variant, if it has any, to those of the study."""
         own: ContactSettings = info.data.get("contact", ContactSettings())
         # What is not given is filled in, so that a filled-in study is the same when it is read again.
         return {

@@ -76,7 +76,7 @@ class RecordSettings(StrictModel):
 
 
 class SimulationSettings(StrictModel):
-    """Numerical settings of a study: integration scheme, time step, vertical motion, omission of weak samples."""
+    """Numerical settings of a study: scheme, time step, vertical motion, omission of samples that move no block."""
 
     scheme: str | None = Field(default=None, description="integration scheme; not given: the default of the kernel")
     time_step: Literal["auto"] | Second = Field(
@@ -173,11 +173,10 @@ class PropertiesFromScanMesh(StrictModel):
 
 
 def read_scan_of_body(unvalidated_body_settings: Mapping[str, Any]) -> "ScanResult":
-    """Read a scanned stone from its mesh file; file, unit and relief are keys of the study's body settings.
+    """Read a scanned stone from the mesh file that a study's body settings name.
 
-    The relief is the height above the lowest point of the base up to which points count as resting on the ground.
-
-    An `OverturningError` names the problem of an unsuitable file.
+    The keys used are ``mesh`` (the file), ``mesh_unit`` and ``relief``: the height above the lowest point of the base
+    up to which points of the base rest on the ground. An `OverturningError` is raised if the file is unsuitable.
     """
     from overturning.model.mesh import read_scanned_stone
 
@@ -188,7 +187,7 @@ def read_scan_of_body(unvalidated_body_settings: Mapping[str, Any]) -> "ScanResu
 
 
 class BodyShapeSettings(StrictModel):
-    """Shape of the 3-D body that a study simulates: plan, aspect D/B, or vertices."""
+    """Shape of a study's 3-D body: plan and aspect D/B of a prism, vertices of a polyhedron, or a scanned stone."""
 
     plan: Literal["rectangle", "circle"] | PolygonSideCount = Field(
         default="rectangle",
@@ -301,7 +300,7 @@ def _create_scanned_stone(
 
 
 class OrientationRange(StrictModel):
-    """Orientations of a body or stack: from start by step, within the rotation after which it looks the same."""
+    """Orientations of a body or stack, from start by step, over the smallest rotation after which it looks the same."""
 
     start: Degree = Field(
         default=0.0, ge=0, lt=360, description="first azimuth that the body faces, degrees clockwise from north"
@@ -317,7 +316,7 @@ class OrientationRange(StrictModel):
     def orientations_of_stack(self, scene: Scene) -> tuple[float, ...]:
         """Return the orientations of a stack to simulate, degrees, within the rotation that maps it onto itself.
 
-        The orientations ascend. Errors are those of `orientations_of_body`.
+        They are in ascending order. A ValueError is raised as by `orientations_of_body`.
         """
         from overturning.model.stack import Stack
 
@@ -342,8 +341,8 @@ class OrientationRange(StrictModel):
     def orientations_of_body(self, body: BodyShapeSettings) -> tuple[float, ...]:
         """Return the orientations of a body to simulate, degrees, within the rotation that maps it onto itself.
 
-        A ValueError is raised if the step does not divide the rotation that maps the body of an aspect onto itself, or
-        if the start does not lie below the step.
+        A ValueError is raised if the step does not divide this rotation for every aspect D/B of the body, or if the
+        start does not lie below the step.
         """
         from overturning.model.shapes import orientations_over_symmetry_period_deg
 

@@ -45,13 +45,13 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
     -------
     pandas.DataFrame
         A row for each case, in the order of the cube. Columns: the record's id, the cube's dimensions, its variables,
-        and what is known of the record. What `overturning.simulate` returns has no columns of a record. Missing values
-        are NaN.
+        and metadata of the record, such as station and magnitude. A cube of `overturning.simulate` has no record, and
+        the table no columns for it. Missing values are NaN.
 
     Raises
     ------
     ArgumentError
-        If the dataset is no such cube, for instance a trajectory.
+        If the dataset has no outcomes by case, for instance a trajectory.
     """
     if (
         not set(getattr(cube, "data_vars", ()))
@@ -109,8 +109,8 @@ def run_study(
     Parameters
     ----------
     records : iterable of Record, Motion or str
-        Records as `overturning.read` returns them, processed, or ids of the record table; the second of them is
-        called ``motion-2`` where it is a motion.
+        Processed records as `overturning.read` returns them, motions, or ids of the record table. A motion gets the id
+        ``motion-2`` if it is the second in the list.
     threads : int
         Number of threads.
     client : dask.distributed.Client, optional
@@ -126,10 +126,10 @@ def run_study(
     Raises
     ------
     ArgumentError
-        If a single record is given instead of a list, or something that is none.
+        If a single record is given instead of a list, or an element of the list is no record, motion or id.
     ConfigError
-        If a key or value is wrong, a record is not in the table, one that is given is to be processed, two records
-        have the same samples (motions may), or there are variants.
+        If a key or value is wrong, an id is not in the record table, `keys` has ``processing`` although a record or
+        motion is given, two records have the same samples (motions may), or `keys` has ``variants``.
     """
     given = _convert_motions_in_list_to_records(records)
     names = [record if isinstance(record, str) else record.record_id for record in given]
@@ -156,7 +156,7 @@ def run_study(
 def _convert_motions_in_list_to_records(records: Iterable[Record | Motion | str]) -> list[Record | str]:
     """Return records and record ids from a list; each motion in it gets an id and becomes a record.
 
-    An ArgumentError is raised if `records` is not such a list.
+    An ArgumentError is raised if `records` is no list, or an element is no record, motion or id.
     """
     if isinstance(records, str | Accelerogram):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
@@ -170,7 +170,7 @@ def _convert_motions_in_list_to_records(records: Iterable[Record | Motion | str]
 
 
 def _read_and_process_records(records_or_ids: Sequence[Record | str], study: Study) -> list[Record]:
-    """Read and process the records of a study; its soil layers, if any, are applied to all of them."""
+    """Read and process the records given by id; apply the study's soil layers, if any, to these and the given ones."""
     asked = [record for record in records_or_ids if isinstance(record, str)]
     if study.processing is not None and len(asked) < len(records_or_ids):
         raise ConfigError(

@@ -70,8 +70,9 @@ def simulate_variant(
 ) -> dict[str, NDArray[Any]]:
     """Simulate all cases of a parameter grid for a study or variant; return outcome arrays by variable name.
 
-    The scene of a variant is scaled by the same factor as that of the study. B/H applies to its reference element if
-    this has the same name as in the study; otherwise the scene keeps its own B/H, and each B/H has the same outcome.
+    A variant's scene is scaled by the same factor as the study's scene. The reference element, which sets the size of
+    the scene, gets the B/H of the grid if it has the same name in both scenes. Otherwise it keeps its own B/H, and the
+    outcomes are the same for all B/H of the grid.
     """
     model, sizes = variant_model(study, variant), StudyToSceneSizeConversion.for_variant(study, variant)
     sized = grid.copy_with_dimension_values(height=sizes.to_variant_reference_stone_heights(grid["height"]))
@@ -90,7 +91,7 @@ def simulate_variant(
 def create_ensemble_member_case_runner(
     study: Study, variant: str, motion: Motion, numerics: NumericalOptions
 ) -> EnsembleMemberCaseRunner:
-    """Return a function that simulates ensemble runs of a study or variant, given the sizes of the study's stone."""
+    """Return a function that simulates ensemble runs of a study or variant for cases with the study's stone sizes."""
     model: Any = variant_model(study, variant)
     sizes = StudyToSceneSizeConversion.for_variant(study, variant)
 
@@ -131,8 +132,8 @@ def simulate_and_write_cases_of_record(
     """Simulate all cases of one record, or a chunk (part) of them, and write the outcomes to a NetCDF file.
 
     Ensemble members (sets of parameter changes) are drawn from the settings of the study if not given. `numerics` are
-    from `numerical_options_of_study`, with threads, progress and cluster. The file also has the number of block steps,
-    whose sum does not depend on chunks or threads.
+    from `numerical_options_of_study`, with threads, progress and cluster. The file also states the number of block
+    steps (time steps × blocks); its sum over the chunks does not depend on the division into chunks or on threads.
     """
     grid, motion = (
         grid_of_chunk(study, variant_grid(study, variant), chunk, variant),

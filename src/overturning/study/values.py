@@ -37,7 +37,7 @@ class ValueRange(StrictModel):
 
 
 class AzimuthRange(StrictModel):
-    """Range of azimuths, degrees, from start by step up to, but not including, stop (360° is the same as 0°)."""
+    """Azimuths, degrees, from start by step to below stop (360° is the same as 0°), and the values of ``also``."""
 
     start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")
     stop: Degree = Field(default=360.0, gt=0, le=360, description="end of the range, excluded")
@@ -48,7 +48,7 @@ class AzimuthRange(StrictModel):
 
     @model_validator(mode="after")
     def _check_order_count_and_step_closing_circle(self) -> Self:
-        """Raise a ValueError if the range is empty, has too many azimuths, or does not close the full circle."""
+        """Raise a ValueError if the range is empty, too long, or a full circle that the step does not divide evenly."""
         if self.stop <= self.start:
             raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")
         steps = (self.stop - self.start) / self.step

@@ -87,7 +87,7 @@ class RecognisedColumns:
     standard_name_by_column : list of str
         Known name of each column, in order; "" for a column that is not used.
     notes : list of str
-        Notes on columns with another name, and on columns that are not used.
+        Notes on columns that are accepted under another than the known name, and on columns that are not used.
     error_messages : list of str
         Error messages on columns that are refused.
     """
@@ -195,7 +195,7 @@ def looks_like_header(
     accepted_standard_column_names: Sequence[str],
     standard_names_of_which_one_is_needed: Collection[str],
 ) -> bool:
-    """True if a line looks like a table header: all cells are accepted column names, one of them of a needed column."""
+    """True if a line looks like a table header: each cell names an accepted column, and one cell a needed column."""
     found = [
         _standard_column_name_and_refusal_reason(cell.strip(' "'), accepted_standard_column_names)
         for cell in cell_texts
@@ -258,8 +258,8 @@ def _simplified_column_name(column_name: str) -> str:
 def _is_misspelling(column_name: str, standard_column_name: str) -> bool:
     """True if `column_name` is a misspelling of the short column name `standard_column_name`.
 
-    Letters may be swapped, omitted or doubled, or an s added. Larger differences do not count, since short words of
-    another meaning would match: county, country, ground.
+    Letters may be in another order, one letter omitted or doubled, or s or ed added. Larger differences do not count,
+    since other short words would match, such as county for count and ground for round.
     """
     if len(standard_column_name) < 3 or not column_name:
         return False

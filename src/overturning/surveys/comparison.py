@@ -53,17 +53,17 @@ class SurveyPredictionComparison:
     fallen, stood : int
         Number of stones.
     fallen_count_at_sites_with_standing_stones, stone_count_at_sites_with_standing_stones : int
-        Stones that fell, and stones that fell or stand, at the sites that list a standing stone. 0 if there is none:
-        then the share that fell is not known.
+        Stones that fell, and stones that fell or stand, at the sites that list a standing stone. Both are 0 if no site
+        lists one; then the share that fell is not known.
     observed_mean_direction_deg, observed_resultant_length : float
         Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and mean resultant
         length.
     predicted_mean_direction_deg, predicted_resultant_length : float
-        Mean of the predicted directions of the fallen stones, degrees, and its length; NaN without falls.
+        Mean of the predicted directions of the fallen stones, degrees, and mean resultant length; NaN without falls.
     computed_fall_share, lowest_computed_fall_share, highest_computed_fall_share : float
-        Share of the stones at sites that list a standing stone (if none does, of all) that fall in the study:
-        mean, smallest and largest over the heights and frictions of its grid; smallest and largest are NaN if
-        it is the same for all, for instance with one friction for stones of stated height. See
+        Share of stones that fall in the study, among those at sites that list a standing stone (at all sites if none
+        lists one): mean, smallest and largest over the heights and frictions of the study's grid. Smallest and largest
+        are NaN if the share is the same for all, for instance with one friction for stones of stated height. See
         `SiteFallPrediction.simulated_fall_probability_by_height_and_friction` for stones without size or face.
     observed_count_by_octant, predicted_count_by_octant : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
@@ -71,18 +71,18 @@ class SurveyPredictionComparison:
     log_likelihood_ratio : float
         Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than uniform directions.
     likelihood_ratio_p : float
-        Share of surveys with uniform random directions that have a ratio at least as large.
+        Share of surveys with uniform random directions whose `log_likelihood_ratio` is at least as large.
     octant_chi_square_test, octant_watson_u2_test : StatisticalTestResult
         Chi-square and grouped Watson U² of the octants against the prediction; NaN without falls.
     exact_azimuth_watson_u2_test : StatisticalTestResult
-        Watson U² of azimuths in degrees against the prediction; n = 0 without such azimuths. The probabilities of all
-        stones are counted from the mean of the predicted directions (of the observed ones, if the predicted ones have
-        no mean), so that no choice of north matters.
+        Watson U² of azimuths in degrees against the prediction; n = 0 without such azimuths. The distribution function
+        of each stone begins at the mean predicted direction, or at the mean observed direction if the predicted
+        directions have no mean, so that the result does not depend on the azimuth from which angles are measured.
     octant_uniformity_test : StatisticalTestResult
         Grouped Watson U² of the octants against uniformity.
     confusion_matrix : ndarray, shape (5, 5), or None
-        Stones with known face and B/H and a computed outcome: observed (rows) and most probable (columns) sides, in the
-        order of `STANDING_OR_FALL_SIDES`.
+        Numbers of stones with known face and B/H and a computed outcome, by observed (rows) and most probable (columns)
+        outcome, in the order of `STANDING_OR_FALL_SIDES`. None if there is no such stone.
     known_direction_falls_without_face_or_b_over_h : int
         Stones that fell in a known direction without face or B/H; all orientations are assumed for them.
     known_direction_falls_without_face_azimuth, known_direction_falls_without_b_over_h : int
@@ -105,7 +105,7 @@ class SurveyPredictionComparison:
         Like those of `stones_far_outside_b_over_h_grid`, they do not count in `computed_fall_share` and
         `confusion_matrix`.
     known_direction_falls_without_computed_outcome : int
-        Stones of `stones_without_computed_outcome` that fell in a known direction, which is predicted at random.
+        Stones of `stones_without_computed_outcome` that fell in a known direction; a random one is predicted for them.
     known_direction_falls_without_prediction : int
         Stones of `stones_without_computed_outcome` and `stones_far_outside_b_over_h_grid` that fell in a known
         direction.
@@ -273,7 +273,7 @@ def _stone_counts_as_comparison_attributes(
     """Return numbers of stones (fallen, standing, without face, …) by attribute of `SurveyPredictionComparison`."""
 
     def count_stones_with(condition: Callable[[Stone], bool]) -> int:
-        """Return the number of stones, with the count of each row, for which the function `condition` returns True."""
+        """Return the number of stones for which `condition` is True; a row counts `Stone.stone_count` times."""
         return sum(stone.stone_count for stone in stones if condition(stone))
 
     def lacks_outcome_although_b_over_h_near_grid(stone: Stone) -> bool:

@@ -10,7 +10,7 @@ from overturning.surveys.stones import Stone, SurveyTable, read_survey_table
 def stones_of_sites_with_standing_stones(stones: Sequence[Stone]) -> list[Stone]:
     """Return the stones of the survey sites that list at least one standing stone.
 
-    A site without any may list only its fallen stones, so that the share that fell is not known there.
+    Other sites are left out: they may list only their fallen stones, so that the share that fell is not known.
     """
     sites = {stone.site for stone in stones if not stone.fell}
     return [stone for stone in stones if stone.site in sites]

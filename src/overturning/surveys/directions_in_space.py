@@ -36,13 +36,13 @@ class FallDirectionComparisonIn3D:
     fallen_in_known_direction : int
         Number of stones that fell in a known direction.
     known_direction_falls_without_any_computed_fall, known_direction_falls_without_computed_outcome : int
-        Number of these stones for which no similar computed stone falls, and for which no similar computed stone has
-        an outcome; the prediction assumes a random direction.
+        Of these stones, the number without a similar computed stone that falls, and the number without a similar
+        computed stone that has an outcome; a random direction is predicted for them.
     observed_mean_direction_deg, observed_resultant_length : float
         Mean direction of the observed falls, degrees (NaN if random directions are not rejected), and length of the
         mean unit vector.
     predicted_mean_direction_deg, predicted_resultant_length : float
-        Mean of the predicted directions of these stones, degrees, and its length.
+        Mean of the predicted directions of these stones, degrees, and length of the mean unit vector.
     observed_count_by_octant, predicted_count_by_octant : ndarray, shape (8,)
         Observed and expected number of stones in each compass octant; see
         `overturning.surveys.fall_directions.octant_weights_of_fallen_stone`.
@@ -68,10 +68,10 @@ class FallDirectionComparisonIn3D:
 
 
 def fall_shares_by_sector_smoothed_over_arcs(fall_azimuths_deg: FloatArray) -> FloatArray:
-    """Return the share of falls in each azimuth sector of `FALL_DIRECTION_SECTORS`; each is spread over an arc.
+    """Return the share of falls in each azimuth sector of `FALL_DIRECTION_SECTORS`; each fall is spread over an arc.
 
-    `fall_azimuths_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The arc
-    reaches `FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG` to both sides. The shape of the result is (sectors,), the sum 1.
+    `fall_azimuths_deg`, shape (falls,), are azimuths towards which stones fall, degrees; at least one. The arc extends
+    `FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG` to each side of the azimuth. The result has shape (sectors,) and sum 1.
     """
     turns = np.array([-360.0, 0.0, 360.0])[:, None, None]
     start = np.asarray(fall_azimuths_deg % 360.0)[:, None] - FALL_AZIMUTH_SMOOTHING_HALF_WIDTH_DEG + turns

@@ -23,10 +23,11 @@ class ObservedAndComputedStatistic:
     observed_stone_count : int
         Number of observed stones of the share or median.
     observed, observed_low, observed_high : float
-        Observed value with its exact 95 % interval; NaN without stones, ends also for a median of under six stones.
+        Observed value and its exact 95 % interval. All are NaN without stones; the interval of a median also for fewer
+        than six stones.
     computed, computed_low, computed_high : float
-        Computed value, and its range over the frictions of the study; NaN if nothing of the kind was computed, the
-        ends also for a study with one friction.
+        Computed value, and its range over the frictions of the study. All are NaN if no computed case counts for the
+        share or median; the range also for a study with one friction.
     """
 
     name: ComparedStatisticName

@@ -37,7 +37,7 @@ _ROUNDING_TOLERANCE: Final = 1e-9
 
 
 class _ObservedStone(NamedTuple):
-    """Surveyed stone that statistics count, with its shift (m) and twist (degrees, clockwise); NaN if not stated."""
+    """Surveyed stone that statistics count, with its shift (m) and twist (degrees, clockwise); NaN if unknown."""
 
     stone: Stone
     shift_m: float
@@ -89,8 +89,8 @@ def compare_falls_shifts_and_twists(
 
     Each stone is compared with the cases of the nearest orientation, height, B/H and D/B, seen from the side that is
     nearer to the grid (`stone_dimensions_described_from_side_nearer_to_grid`), unless its B/H or D/B lies far outside
-    the grid. All values of the grid have equal weight where the survey does not give the value, and so have all
-    frictions. A stone that stands without a noted shift or twist has none.
+    the grid. If the survey does not give one of these values, all its values in the grid have equal weight, as all
+    frictions have. A standing stone without a noted shift or twist counts as not shifted or not twisted.
 
     Parameters
     ----------
@@ -106,7 +106,8 @@ def compare_falls_shifts_and_twists(
     Raises
     ------
     ArgumentError
-        If the cube is of 2-D blocks, no stone counts as fallen or standing, or the background is not from 0 to below 1.
+        If the cube is of 2-D blocks, no stone counts as fallen or standing, or `random_fall_direction_share` is outside
+        0 to below 1.
     """
     if not 0 <= random_fall_direction_share < 1:
         raise ArgumentError(f"background: {random_fall_direction_share}; a share from 0 to below 1")
@@ -157,7 +158,7 @@ def compare_falls_shifts_and_twists(
 
 
 def _observed_stone_of_row(survey_table: SurveyTable, line_number: int, row: SurveyRow) -> _ObservedStone:
-    """Return the stone of a row, with shift (m) and clockwise twist (degrees): 0 if none is stated, NaN if unknown."""
+    """Return a row's stone, shift (m) and clockwise twist (degrees): 0 if not stated, NaN if stated without amount."""
     shift = row.shift_m if "shifted" in row.stated_outcomes else 0.0
     twist = row.clockwise_twist_deg if "twisted" in row.stated_outcomes else 0.0
     return _ObservedStone(survey_table.create_stone_from_row(line_number, row), shift, twist)
@@ -170,9 +171,9 @@ def _take_outcomes_of_similar_cases_and_mark_them(
 ) -> tuple[NDArray[np.floating], FloatArray, _SimulatedCasesResemblingStones | None]:
     """Return outcomes of the simulated cases that resemble a stone, and set these cases True in `used_cases_mask`.
 
-    The outcomes are flags (fall or stand) of all these cases, fall azimuths (degrees) of those that fall in a known
-    direction, and displacements of those that stand, with weights whose sum is 1. `grid_indices_nearest_to_stone`, by
-    dimension of the grid, are those of `nearest_grid_indices_of_stone`.
+    Three values are returned: fall flags of all these cases (1: falls, 0: stands, NaN: unknown), with friction as first
+    axis; azimuths (degrees) of the falls in a known direction; and displacements of the cases that stand, with weights
+    whose sum is 1, or None if no case stands. `grid_indices_nearest_to_stone` are from `nearest_grid_indices_of_stone`.
     """
     sizes = zip(outcomes.dimension_names, outcomes.overturned_flags.shape, strict=True)
     at = np.ix_(*(grid_indices_nearest_to_stone.get(name, np.arange(size)) for name, size in sizes))
@@ -211,7 +212,8 @@ def _compare_fallen_shares(
 ) -> ObservedAndComputedStatistic:
     """Return the observed share of stones that fell, with its interval, and the computed share, with its range.
 
-    Sites that list no standing stone are left out; if there are no others, the observed share is not known.
+    Sites that list no standing stone are left out. If no site lists one, the observed share is NaN, and the computed
+    share is that of all sites.
     """
     of_share = stones_of_sites_with_standing_stones([one.stone for one in observed_stones])
     sites = {stone.site for stone in of_share or [one.stone for one in observed_stones]}
@@ -264,7 +266,7 @@ def _compare_shifts_and_twists_of_standing_stones(
     cells_turned = np.abs(cells.clockwise_twist_deg) >= MIN_TWIST_COUNTED_AS_TWISTED_DEG - _ROUNDING_TOLERANCE
 
     def statistic_by_friction(statistic_of_cases: Callable[[NDArray[np.bool_]], float]) -> FloatArray:
-        """Return a statistic of the simulated cases for each friction, computed by a function of a case mask."""
+        """Return, for each friction, the value of `statistic_of_cases` for a mask of the cases with this friction."""
         return np.array([statistic_of_cases(cells.friction_index == one) for one in np.unique(cells.friction_index)])
 
     def weighted_share_of_cases(counted_mask: NDArray[np.bool_], base_mask: NDArray[np.bool_]) -> float:
@@ -273,10 +275,7 @@ def _compare_shifts_and_twists_of_standing_stones(
         return float(cells.weight[base_mask & counted_mask].sum() / total) if total > 0 else math.nan
 
     def weighted_median_of_cases(case_values: FloatArray, mask_of_cases_to_include: NDArray[np.bool_]) -> float:
-        """Return the weighted median of `case_values` over the simulated cases in `mask_of_cases_to_include`.
-
-        NaN for none.
-        """
+        """Return the weighted median of `case_values` over cases in `mask_of_cases_to_include`; NaN if it has none."""
         order = case_values[mask_of_cases_to_include].argsort(kind="stable")
         below = cells.weight[mask_of_cases_to_include][order].cumsum()
         return (

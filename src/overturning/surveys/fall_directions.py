@@ -31,8 +31,9 @@ COMPASS_POINT_WIDTH_DEG: Final = 22.5
 def octant_weights_of_fallen_stone(stone: Stone) -> FloatArray:
     """Return the share, 0 to 1, of a fallen stone that counts in each compass octant: all in one, or part in two.
 
-    The shape is (8,). One of 16 compass points between two octants (NNE) counts half in each, since it is known to
-    11.25°. An azimuth in degrees that is recorded in steps counts in the two octants in which its step lies.
+    The shape is (8,). A direction between two octants, such as NNE, is known to ±11.25° and counts half in each. An
+    azimuth in degrees that was recorded in steps of, say, 10° stands for an arc of this width; if the arc extends over
+    two octants, the stone counts in each by the part of the arc.
     """
     if stone.has_octant_direction or not stone.direction_recording_step_deg:
         return np.eye(8)[sector_index(stone.fall_azimuth_deg, 8)]
@@ -55,9 +56,9 @@ def fall_direction_probabilities_of_arcs(
 ) -> FloatArray:
     """Return the probabilities that a stone falls between two azimuths, clockwise from the first to the second.
 
-    The density of fall directions is constant within each sector of the study; its probabilities
-    `fall_direction_probability_by_sector`, shape (sectors,), sum to 1. An arc from an azimuth to itself has the
-    probability 0. The azimuths, degrees, are arrays of one shape, or numbers.
+    The probabilities `fall_direction_probability_by_sector`, shape (sectors,), sum to 1; within each sector the
+    density is constant. An arc from an azimuth to itself has the probability 0. The azimuths, degrees, are arrays of
+    one shape, or numbers.
     """
     below = np.concatenate([[0.0], fall_direction_probability_by_sector, fall_direction_probability_by_sector]).cumsum()
     start = sectors.borders[0]
@@ -70,9 +71,10 @@ def fall_direction_probabilities_of_arcs(
 
 
 def _distinguishable_direction_arcs_deg(stone: Stone) -> tuple[FloatArray, FloatArray]:
-    """Return begin and end, degrees, of the arcs of the circle that a stone's recorded direction can distinguish.
+    """Divide the circle into arcs as wide as the step in which a stone's direction is recorded; return their ends.
 
-    The arcs are as wide as the recording step; the first arc begins between 0° and the step.
+    The result is the begin and the end of each arc, degrees. One arc has the recorded direction in its middle; the
+    first one begins between 0° and the step.
     """
     step = stone.direction_recording_step_deg
     begin = (stone.fall_azimuth_deg - 0.5 * step) % step + step * np.arange(round(360.0 / step), dtype=np.float64)
@@ -84,8 +86,8 @@ def _expected_octant_weights_of_fallen_stone(
 ) -> FloatArray:
     """Return the expected share, 0 to 1, with which a fallen stone counts in each compass octant, shape (8,).
 
-    Predicted directions are counted as `octant_weights_of_fallen_stone` counts observed ones; a direction recorded
-    in steps may lie in two octants.
+    The expectation is over the predicted fall directions; each direction counts as an observed one does in
+    `octant_weights_of_fallen_stone`, so that a direction recorded in steps may count in two octants.
     """
     stone, density, octants = fallen_stone
     if stone.has_octant_direction or not stone.direction_recording_step_deg:
@@ -102,12 +104,13 @@ def azimuth_goodness_of_fit(
     random_survey_count: int,
     random_survey_seed: int,
 ) -> StatisticalTestResult:
-    """Test with Watson's U² whether azimuths in degrees follow the predicted probabilities of their stones.
+    """Test with Watson's U² whether fall azimuths of stones follow the distributions predicted for the stones.
 
-    The distribution function of a stone is counted clockwise from `distribution_function_origin_azimuth_deg`. An
-    azimuth recorded in steps has the value in the middle of its arc (half of the arc's probability), and the
-    p-value is then that of random surveys, drawn from the prediction, whose directions are recorded in the same
-    steps. Stones noted by octant or compass point are left out.
+    The test is of the values of the predicted distribution functions at the observed azimuths; each function is 0 at
+    `distribution_function_origin_azimuth_deg` and increases clockwise. An azimuth recorded in steps stands for an arc
+    as wide as the step and has the value reached with half of the arc's probability; the p-value is then from random
+    surveys, drawn from the prediction and recorded in the same steps. Only azimuths in degrees are tested, not octants
+    and compass points.
     """
     exact = [one for one in fallen_stones if one[0].direction_uncertainty_half_width_deg == 0.0]
     drawn = np.random.Generator(np.random.PCG64(random_survey_seed)).random((random_survey_count, len(exact)))
@@ -135,10 +138,10 @@ def azimuth_goodness_of_fit(
 def _predicted_and_uniform_probabilities_and_class(
     sectors: AzimuthSectors, fallen_stone: FallenStoneWithDirectionProbabilities
 ) -> tuple[FloatArray, FloatArray, int]:
-    """Return predicted and uniform probabilities of a stone's direction classes, and the index of the observed one.
+    """Return predicted and uniform probabilities of a stone's direction classes, and the index of the observed class.
 
-    The classes are the 8 octants or 16 compass points, turned by the declination, or the sectors of the study for
-    degrees.
+    The classes are the 8 octants, the 16 compass points (turned by the magnetic declination) or, for a direction in
+    degrees, the azimuth sectors of the study.
     """
     stone, density, octants = fallen_stone
     uniform = sectors.share
@@ -187,10 +190,10 @@ def compare_observed_and_predicted_directions(
     random_survey_count: int,
     random_survey_seed: int,
 ) -> dict[str, Any]:
-    """Compare observed with predicted fall directions; return mean directions, octants and likelihood ratio by name.
+    """Compare observed with predicted fall directions; return the results by name.
 
-    The names are attributes that comparisons with 2-D and with 3-D studies have in common; see
-    `overturning.surveys.comparison.SurveyPredictionComparison`.
+    The results are mean directions and resultant lengths, counts by octant, and the likelihood ratio with its p-value;
+    their names are those of attributes of `overturning.surveys.comparison.SurveyPredictionComparison`.
     """
     mean, length, _ = mean_direction_if_significant_resultant_and_test(
         [stone.fall_azimuth_deg for stone, *_ in fallen_stones],

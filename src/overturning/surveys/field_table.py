@@ -43,7 +43,7 @@ class TextTable:
 
     @property
     def line_numbers_of_rows_with_pasted_row_in_cell(self) -> tuple[int, ...]:
-        """Line numbers of rows with a cell that seems to contain a whole row, with as many separators as the header."""
+        """Line numbers of rows with a cell of several lines, one of which seems to be a table row by its separators."""
         least = len(self.header.cells) - 1
         lines = [
             (row.first_line_number, line) for row in self.rows for cell in row.cells for line in cell.split("\n")[1:]
@@ -173,7 +173,7 @@ def _rows_with_first_line_numbers(
     place = 0
 
     def advance_through_remaining_lines() -> Iterator[str]:
-        """Yield the lines from the current one on, and advance `place` with each, so that a row may span lines."""
+        """Yield lines from index `place` on, and increase `place` by one with each; a row may take several lines."""
         nonlocal place
         while place < len(lines_of_one_text):
             place += 1

@@ -59,7 +59,7 @@ class HazardCurveRow(BaseModel, extra="forbid"):
 
 @dataclass(frozen=True)
 class HazardCurve:
-    """Hazard curve: annual rates at which intensity levels are exceeded; between levels, a power law.
+    """Hazard curve: annual rates at which intensity levels are exceeded, interpolated by power laws between levels.
 
     Attributes
     ----------
@@ -88,9 +88,11 @@ class HazardCurve:
     ) -> FloatArray:
         """Compute annual rates of falls, 1/year, due to shaking between two levels, for several fragility medians.
 
-        ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k
-        is exactly a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square;
-        Cornell, Jalayer, Hamburger & Foutch 2002, Journal of Structural Engineering 128, 526, for a single power law).
+        With the level x, exceedance rate ν and fall probability P = Φ(z), z = ln(x/m)/β (median m, spread β), the
+        rate is ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP. Where ν is a power law
+        a x^−k, ∫ ν dP is exactly the difference of a m^−k exp(k²β²/2) Φ(z + kβ) between its ends
+        (completing the square; Cornell, Jalayer, Hamburger & Foutch 2002, Journal of Structural Engineering 128, 526,
+        for a single power law).
 
         Parameters
         ----------
@@ -104,7 +106,7 @@ class HazardCurve:
         Returns
         -------
         ndarray, shape (m,)
-            Rate, 1/year; 0 if the levels do not overlap.
+            Rate, 1/year; 0 if the range does not overlap with the levels of the hazard curve.
         """
         first_level = max(lowest_level, float(self.intensity_levels[0]))
         last_level = min(highest_level, float(self.intensity_levels[-1]))
@@ -126,10 +128,9 @@ class HazardCurve:
 def hazard_unit_warning(hazard_curve: HazardCurve) -> str:
     """Return a warning if the highest intensity of a hazard curve is implausible in its unit; else "".
 
-    The warning names the likely unit.
-
-    The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 10 to 2000 cm/s. Levels
-    in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
+    The warning names the likely unit. Hazard curves end where exceedance is very rare, at 0.05 to 20 g, or 10 to
+    2000 cm/s. The highest level lies above this range if the levels are in a unit smaller by a factor of 100 or more,
+    and below if they are in a larger one.
     """
     low, high, factor, other = HIGHEST_HAZARD_LEVEL_RANGE_AND_OTHER_UNIT_BY_UNIT.get(
         hazard_curve.unit, (0.0, math.inf, 1.0, "")

@@ -75,9 +75,9 @@ class SurveyInversion:
     ) -> NDArray[np.float32]:
         """Return the probabilities of a stone's outcomes, shape (motions, velocity levels, rotations, outcomes).
 
-        An outcome is a direction bin of the fall, or `STANDING_OUTCOME_INDEX`; by default all are returned. The shares
-        of stones with a random outcome and of fixed stones are included. Levels are peak velocities to which a motion
-        is scaled.
+        An outcome is the index of a direction bin of the fall, or `STANDING_OUTCOME_INDEX`; by default all are
+        returned. The probabilities allow for the shares of stones with a random outcome and of fixed stones. Velocity
+        levels are peak velocities to which a motion is scaled; rotations turn it about the vertical.
         """
         table = self.stone_outcome_probabilities.outcome_probability_table(
             StoneHeightAndSideRatios.from_stone_with_nearest_d_over_b(stone)
@@ -114,7 +114,8 @@ class SurveyInversion:
     def fall_and_direction_log_likelihoods_of_survey(self, stones: Sequence[Stone]) -> FloatArray:
         """Compute log-likelihoods of falls and fall directions in a survey, (2, motions, levels, rotations).
 
-        Stones are independent. Index 0 is the part from falling or standing, index 1 that from directions of falls.
+        Stones are taken as independent. The first index is 0 for the log-likelihood that the stones fell or stand as
+        observed, and 1 for that of the observed fall directions, given the falls.
         """
         total = np.zeros(
             (2, len(self.stone_outcome_probabilities.motions), SIMULATED_PGV_M_S.size, MOTION_ROTATION_COUNT)
@@ -168,7 +169,7 @@ class SurveyInversion:
         """Infer the ground motion from the stones of the survey `survey_name`, with a check of the goodness of fit.
 
         The motion is inferred from all stones together and, if the survey has several sites, from the stones of each
-        site by itself; simulated outcomes are used for both.
+        site by itself.
         """
         parts = {
             site: [one for one in stones if one.site == site] for site in dict.fromkeys(one.site for one in stones)
@@ -200,10 +201,11 @@ class SurveyInversion:
     ) -> float:
         """Compute the p-value of fit: share of random surveys that fit no better than the observed survey.
 
-        Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica
-        Sinica 6, 733). The measure of fit is the maximum, over motions, levels and rotations of the prior, of the log
-        probability that each stone falls or stands as observed, plus the log of the density of its direction divided by
-        the largest density. Without this division the measure would depend on the resolution of directions.
+        A random survey has the stones of the survey, with outcomes under a motion drawn from the posterior (Gelman,
+        Meng & Stern 1996, Statistica Sinica 6, 733). The fit to one motion, level and rotation is the sum, over stones,
+        of the log probability that the stone falls or stands as observed, and, if it fell, the log of the density of
+        its direction over the largest density of a direction (so that the resolution of directions has no effect).
+        The measure of fit is the maximum over all motions, levels and rotations with a prior above 0.
         """
         generator = np.random.Generator(np.random.PCG64(random_survey_seed))
         possible = np.flatnonzero(posterior.prior_probability.ravel() > 0)
@@ -235,8 +237,8 @@ class SurveyInversion:
 def outcome_indices_matching_observation(stone: Stone) -> NDArray[np.intp]:
     """Return the indices of the simulated outcomes (directions, or standing) that fit the observation of a stone.
 
-    The outcomes are `STANDING_OUTCOME_INDEX`, the direction bins of the fall, or all direction bins for an unknown
-    direction.
+    They are `STANDING_OUTCOME_INDEX` for a standing stone, otherwise the direction bins that agree with the direction
+    of the fall; all bins if the direction is unknown.
     """
     if not stone.fell:
         return np.array([STANDING_OUTCOME_INDEX])

@@ -46,7 +46,7 @@ class CandidateMotion:
     motion : Motion
         Motion of the ground.
     pga_m_s2, pgv_m_s : float
-        Largest over all azimuths, m/s² and m/s.
+        Peak acceleration and peak velocity, the largest over all azimuths, m/s² and m/s.
     peak_velocity_azimuth_deg : float
         Azimuth of the largest velocity, degrees clockwise from north, 0 to 180.
     """
@@ -116,7 +116,7 @@ def synthetic_pulse_motions() -> list[CandidateMotion]:
 def read_records_with_paths_as_duplicate_ids(motion_file_paths: Sequence[Path]) -> list[Record]:
     """Read records from NetCDF motion files; records with the same id get their file paths as ids.
 
-    Ids are equal, for example, if a station has one motion on rock and one on soil.
+    Two records have the same id, for example, if they are motions of one station on rock and on soil.
     """
     records = [read_record_from_motion_file(path) for path in motion_file_paths]
     ids = [one.record_id for one in records]
@@ -125,10 +125,10 @@ def read_records_with_paths_as_duplicate_ids(motion_file_paths: Sequence[Path]) 
 
 
 def candidate_motions(user_records: Iterable[Record] = (), *, only_user_records: bool = False) -> list[CandidateMotion]:
-    """Return all different candidate motions: first those of `user_records`, then those in the package.
+    """Return candidate motions without repetitions: first those of `user_records`, then those in the package.
 
-    ``only_user_records`` omits those in the package. An `ArgumentError` is raised if there is no motion, or if one is
-    zero.
+    With ``only_user_records`` the motions in the package are left out. An `ArgumentError` is raised if there is no
+    motion, or if one is zero throughout.
     """
     every = [CandidateMotion.from_motion(one.record_id, one.event, Motion.of(one)) for one in user_records]
     every += [] if only_user_records else [*candidate_motions_from_shipped_records(), *synthetic_pulse_motions()]

@@ -256,8 +256,8 @@ def _parse_single_outcome(outcome_statement: str) -> StatedOutcome:
 def azimuth_unit_warning(column_name: str, azimuths_deg: Iterable[float], survey_file_name: str) -> str:
     """Return a warning if azimuths in a column may be in radians or gon (400 = circle), not in degrees; else "".
 
-    Azimuths in radians lie within ±2π and are no whole numbers. Azimuths in gon cannot be recognised unless they lie
-    above 360, which `parse_direction` refuses, or are the half and full quarters of 400.
+    Radians are suspected if all values lie within ±2π and some are not whole numbers; gon, if all values are
+    multiples of 50 (400 gon / 8), and some are no multiples of 90. Fewer than three different values give no warning.
     """
     values = [one for one in azimuths_deg if math.isfinite(one)]
     largest = max(map(abs, values), default=0.0)

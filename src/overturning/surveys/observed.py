@@ -92,14 +92,15 @@ def summarise_survey(survey_table: SurveyTable) -> SurveySummary:
 
 
 def rose_sector_count(stones: Sequence[Stone]) -> int:
-    """Return the number of sectors for a rose of falls: 8 if some directions are octants only, otherwise 16."""
+    """Return the number of sectors for a rose diagram of falls: 8 if some directions are octants, otherwise 16."""
     return 8 if any(stone.has_octant_direction for stone in stones if stone.fell_in_known_direction) else 16
 
 
 def fall_counts_by_rose_sector(stones: Sequence[Stone], number_of_rose_sectors: int) -> FloatArray:
-    """Return the number of stones that fell towards each sector of a rose, shape (`number_of_rose_sectors`,).
+    """Return the number of stones that fell towards each sector of a rose diagram, shape (sectors,).
 
-    A direction that is known to an interval (one of 16 compass points) is shared between the sectors that it overlaps.
+    A direction given as one of 16 compass points is known to an interval; it is shared between the sectors that the
+    interval overlaps.
     """
     counts = np.zeros(number_of_rose_sectors)
     fine = np.linspace(-1, 1, 401)[1::2]  # midpoints of equal parts of an interval

@@ -55,7 +55,7 @@ class SampledStones:
     face_azimuth_deg : ndarray
         Azimuth of the normal of the front face, degrees.
     random_numbers_for_grid_neighbour_choice : ndarray, shape (3, n)
-        Random numbers in 0 to 1 for height, B/H and friction, which choose between the two neighbouring grid values.
+        Random numbers, 0 to 1; they choose between the two simulated values next to a stone's height, B/H and friction.
     """
 
     height: FloatArray
@@ -104,9 +104,9 @@ def choose_neighbouring_grid_indices_at_random(
     """Choose for each stone's value, at random, one of the two neighbouring grid values; return its index.
 
     `grid_values_of_dimension` are ascending, shape (grid,); `value_of_each_stone` and
-    `random_number_0_to_1_of_each_stone`, which decides the choice, have shape (stones,). Probabilities are linear
-    in the distance, so that means are interpolated linearly. A stone outside the grid takes the value at the end of
-    the grid.
+    `random_number_0_to_1_of_each_stone`, which decides the choice, have shape (stones,). The probability of a
+    neighbour decreases linearly with its distance, so that means over stones are interpolated linearly. A stone
+    outside the grid takes the value at the end of the grid.
     """
     where = np.interp(value_of_each_stone, grid_values_of_dimension, np.arange(grid_values_of_dimension.size))
     below = np.floor(where)
@@ -129,10 +129,10 @@ def take_stone_outcomes_from_neighbouring_cases(
 ) -> StoneOutcomesByAmplitudeFactor:
     """Return the outcomes of random stones under one record, each taken from a neighbouring simulated case.
 
-    `cube_of_one_record` is the cube of this record, with or without amplitudes.
+    `cube_of_one_record` is the results cube of this record, with or without a dimension of amplitudes.
 
-    A block with µ below B/H slides and does not rock. So if one of the two neighbouring friction values is on the same
-    side of µ = B/H as the stone and the other is not, the first is taken.
+    A block with µ below B/H slides and does not rock. So if only one of the two neighbouring friction values gives a
+    case on the same side of µ = B/H as the stone, this value is taken.
     """
     cells = {
         name: choose_neighbouring_grid_indices_at_random(
@@ -159,19 +159,20 @@ def take_stone_outcomes_from_neighbouring_cases(
 def outcome_rates_at_each_amplitude_factor(
     stone_outcomes_by_amplitude: StoneOutcomesByAmplitudeFactor, population: StonePopulation
 ) -> dict[str, FloatArray]:
-    """Compute, by name, shares of stones that fall, shift and rotate, as arrays over amplitude factors of the motion.
+    """Compute the shares of stones that fall, shift and rotate at each amplitude factor of the motion, by name.
 
-    Stones with an unknown outcome do not count. Shares are of all stones, including the share `population.fixed`
-    that neither falls, shifts nor rotates; only ``free_fall_rate`` is of the stones that are not fixed.
+    Stones with an unknown outcome do not count. A share `population.fixed` of the stones is fixed to its base and
+    neither falls, shifts nor rotates; all shares include these stones except ``free_fall_rate``.
 
     Returns
     -------
     dict of ndarray
-        ``fall_rate``, ``free_fall_rate``, ``shift_rate`` and ``rotation_rate`` (NaN if the model lacks them) and
-        ``unknown``, shape (a,); 95 % intervals by Wilson for a cemetery of as many stones, ``fall_interval`` and so on,
-        shape (a, 2); ``fall_octant``, shape (a, 8), the share that fell towards each compass octant, with
-        ``octant_interval``, shape (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees,
-        and its mean resultant length, shape (a,). Without any known outcome rates and shares are NaN.
+        For a amplitude factors: ``fall_rate``, ``free_fall_rate``, ``shift_rate`` and ``rotation_rate`` (NaN if the
+        model does not compute them) and ``unknown``, the share of unknown outcomes, shape (a,); ``fall_interval``,
+        ``shift_interval`` and ``rotation_interval``, 95 % intervals by Wilson for as many stones, shape (a, 2);
+        ``fall_octant``, shape (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape
+        (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
+        length, shape (a,). Rates and shares are NaN if no outcome is known.
     """
     stands, answered = (
         stone_outcomes_by_amplitude.trajectory_has_known_outcome & ~stone_outcomes_by_amplitude.fell,
@@ -228,10 +229,10 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
     Returns
     -------
     Dataset
-        Results of `outcome_rates_at_each_amplitude_factor` over ``record`` and ``amplitude``, and ``class_rate(…,
-        stones)`` and ``class_unknown(…, stones)`` for `SampledStones.masks_by_slenderness_and_height_class`. The
-        attribute ``outside`` is the share of stones outside the grid, which take its nearest value; ``members`` are
-        numbers of stones.
+        Results of `outcome_rates_at_each_amplitude_factor` over ``record`` and ``amplitude``; and for the classes of
+        `SampledStones.masks_by_slenderness_and_height_class`, along ``stones``, ``class_rate`` (of stones not fixed to
+        their base) and ``class_unknown``. The attribute ``outside`` is the share of stones outside the simulated grid,
+        which take its nearest value; ``members`` is the number of stones: coordinate by class, attribute of all.
     """
     stones = sample_stones(population)
     classes, reads = (
@@ -275,12 +276,11 @@ def population_outcome_rates_by_record(cube: xr.Dataset, population: StonePopula
 def fall_rates_of_stones_with_outcome_in_both_cubes(
     cube: xr.Dataset, other_cube: xr.Dataset, population: StonePopulation
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute the shares of a stone population that fall under each record in two cubes, each of shape (records,).
+    """Compute for each of two cubes the share of a stone population that falls under each record, shape (records,).
 
-    Only stones with an outcome in both cubes count; NaN if there are none. Of these the share `population.fixed` never
-    falls. The cubes have the same records at one
-    amplitude, of models of one kind (2-D or 3-D). Without missing outcomes the shares are those of
-    `population_outcome_rates_by_record`.
+    Only stones with a known outcome in both cubes count; NaN if there are none. The share `population.fixed` of the
+    stones never falls. The two cubes have the same records, one amplitude, and the same kind of model (2-D or 3-D).
+    If all outcomes are known, the shares equal those of `population_outcome_rates_by_record`.
     """
     stones, reads, rates = (
         sample_stones(population),
@@ -304,10 +304,8 @@ def motion_intensities_by_measure(
 ) -> dict[str, FloatArray]:
     """Return PGA (g), PGV (cm/s), PGV/PGA (s) and SA(T) (g) of each motion, by name, shape (records, amplitudes).
 
-    A motion is a record of `population_outcome_rates` times an amplitude factor.
-
-    PGA, PGV and the pseudo-acceleration SA at the periods T of the population (damping ratio 0.05) are RotD50, the
-    median over azimuths.
+    A motion is a record times an amplitude factor of `population_outcome_rates`. PGA, PGV and the pseudo-acceleration
+    SA at the periods T of the population (damping ratio 0.05) are RotD50, the median over azimuths.
     """
     amplitude = population_outcome_rates["amplitude"].to_numpy()
     pga, pgv = (
@@ -328,11 +326,8 @@ def jma_intensities_of_scaled_motions(
 ) -> FloatArray:
     """Return the JMA instrumental intensity of each record and amplitude factor, shape (records, amplitudes).
 
-    A motion is a record of `population_outcome_rates` times an amplitude factor.
-
-    The intensity increases by 2 log₁₀ of the amplitude factor.
-
-    Without a vertical component it is that of the horizontal components; NaN if unknown.
+    The amplitude factors are those of `population_outcome_rates`; they increase the intensity of the record by
+    2 log₁₀ of the factor. For a record without a vertical component only the horizontal ones count; NaN if unknown.
     """
     whole, horizontal = (
         intensity_measures_by_record[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal")
@@ -344,11 +339,11 @@ def jma_intensities_of_scaled_motions(
 def fit_population_fragility_curves(
     population_outcome_rates: xr.Dataset, intensity_measures_by_record: xr.Dataset
 ) -> list[FittedFragilityCurve]:
-    """Fit fragility curves for all stones and for each class of stones, one for each intensity measure.
+    """Fit a fragility curve for each intensity measure, for all stones and for each class of stones.
 
     `population_outcome_rates` is a result of `population_outcome_rates_by_record`. Measures are
-    `INTENSITY_MEASURES_AND_UNITS` and SA(T). Curves are of the stones that are not fixed to their base, since a
-    lognormal curve ends at 1.
+    `INTENSITY_MEASURES_AND_UNITS` and SA(T). Stones fixed to their base are left out: a lognormal curve tends to 1,
+    but they never fall.
     """
     known = int(population_outcome_rates.attrs["members"]) * (1.0 - population_outcome_rates["unknown"].to_numpy())
     shares = {"all stones": (population_outcome_rates["free_fall_rate"].to_numpy(), np.rint(known))}

@@ -46,6 +46,8 @@ _STORED_NAME_BY_SITE_ATTRIBUTE: Final = {"fell": "fell", "stood": "stood", "good
 class MotionPosterior:
     """Posterior and prior probabilities of candidate motions, each at several peak velocities and rotations.
 
+    In the shapes below, s is the number of motions, l of peak-velocity levels, and r of rotations.
+
     Attributes
     ----------
     motion_names : tuple of str
@@ -83,23 +85,23 @@ class MotionPosterior:
     def credible_interval(
         self, intensity_by_motion_and_velocity_level: ArrayLike, *, uses_prior_instead_of_posterior: bool = False
     ) -> tuple[float, float]:
-        """Return the credible interval (`CREDIBLE_INTERVAL_PROBABILITY`) of a strength of the motion such as PGV.
+        """Return the credible interval (`CREDIBLE_INTERVAL_PROBABILITY`) of an intensity of the motion, such as PGV.
 
-        Both tails have equal probability; the quantity increases with the level.
+        The two tails outside the interval have equal probability. The intensity increases with the velocity level.
 
         Parameters
         ----------
         intensity_by_motion_and_velocity_level : array_like, shape (s, l)
-            The quantity for each motion and level, positive.
+            The intensity for each of s motions and l peak-velocity levels, positive.
         uses_prior_instead_of_posterior : bool
             Take the prior probabilities instead of the posterior ones.
 
         Returns
         -------
         (float, float)
-            Ends of the interval; the distribution is interpolated linearly in the logarithm. If the weakest (strongest)
-            level has more posterior probability than one tail, the levels do not cover the posterior, and that end is 0
-            (infinite); the ends of the prior are always finite.
+            Ends of the interval; the distribution function is interpolated linearly in the logarithm of the intensity.
+            If the lowest (highest) level has more posterior probability than one tail, the levels do not cover the
+            posterior, and the lower (upper) end is 0 (infinite). The ends for the prior are always finite.
         """
         weight = (
             (self.prior_probability if uses_prior_instead_of_posterior else self.posterior_probability)
@@ -122,14 +124,14 @@ class MotionPosterior:
     def posterior_probability_of_each_motion(self) -> FloatArray:
         """Return the posterior probability of each candidate motion, for all velocities and rotations together.
 
-        The shape is (s,).
+        The shape is (motions,).
         """
         return np.asarray(self.posterior_probability.sum(axis=(1, 2)))
 
     def posterior_probabilities_of_velocity_axis(self) -> FloatArray:
-        """Return the posterior probability of each axis (azimuth from 0 to 180°) of the largest velocity.
+        """Return the posterior probability of each axis along which the velocity of the motion can be largest.
 
-        Azimuths are 0 to 180° in steps of `MOTION_ROTATION_STEP_DEG`.
+        The axes have azimuths from 0° to below 180° in steps of `MOTION_ROTATION_STEP_DEG`.
         """
         place, weight = (
             (self.unrotated_peak_velocity_azimuth_deg[:, None] + self.clockwise_rotations_deg)
@@ -152,7 +154,10 @@ class MotionPosterior:
         return middle, max(width, CREDIBLE_ARC_WIDTH_OF_RANDOM_AXIS_DEG) if all_stones_of_survey_fell else width
 
     def _shortest_credible_axis_arc_middle_and_width_deg(self) -> tuple[float, float]:
-        """Return middle and width, degrees, of the shortest velocity-axis arc (`CREDIBLE_INTERVAL_PROBABILITY`)."""
+        """Return middle and width, degrees, of the shortest arc that holds the axis of largest velocity.
+
+        The probability that the arc holds the axis is at least `CREDIBLE_INTERVAL_PROBABILITY`.
+        """
         share = self.posterior_probabilities_of_velocity_axis()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):

@@ -29,14 +29,15 @@ class SiteFallPrediction(AzimuthSectors):
     Parameters
     ----------
     cube_of_one_record : Dataset
-        Cube of one record; heights and frictions (and B/H for stones without one) have equal weight.
+        Results cube of one record. Its heights and frictions have equal weight, as have its B/H for a stone whose B/H
+        is unknown.
     random_outcome_stone_share : float
         See `RANDOM_OUTCOME_SHARE`.
 
     Raises
     ------
     ArgumentError
-        If the cube has several records or is from the 3-D model, or the background is not between 0 and 1.
+        If the cube has several records or is from the 3-D model, or the share is not from 0 to below 1.
     """
 
     def __init__(
@@ -86,9 +87,9 @@ class SiteFallPrediction(AzimuthSectors):
     ) -> tuple[FloatArray, FloatArray]:
         """Interpolate probabilities of falls towards n azimuths and their opposites; return them and the fall times, s.
 
-        Shapes are (2, blocks, n) and (blocks, n); a block is a height and friction of the cube. A time is taken from
-        the nearest azimuth and B/H. Far outside the
-        simulated range of B/H the probabilities are NaN, unless the stone is stouter than a block that never falls.
+        The probabilities have the shape (2, blocks, n), the times (blocks, n); a block is a height and friction of the
+        cube. Times are those of the nearest azimuth and B/H. Far outside the simulated range of B/H the probabilities
+        are NaN, unless the stone is stouter than the stoutest block and this block never falls.
         """
         place = float(np.interp(stone_b_over_h, self.b_over_h, np.arange(self.b_over_h.size)))
         # A B/H of the grid has its own outcomes, also next to a B/H without outcomes.
@@ -186,14 +187,13 @@ class SiteFallPrediction(AzimuthSectors):
     def standing_and_side_probabilities(self, stone: Stone) -> FloatArray:
         """Return the probabilities that a stone with known face azimuth and B/H stands or falls to each side.
 
-        The five probabilities sum to 1.
+        The five probabilities, in the order of `STANDING_OR_FALL_SIDES`, sum to 1.
 
-        A rectangular stone falls over one of its edges: the falls in the two planes through its faces' normals
-        are computed separately, each with the B/H in its plane, for each height and friction of the cube. The
-        falls in the two planes are taken as independent among the slightly changed runs of an ensemble; where
-        the stone would fall in both, `fall_probability_over_each_edge` divides the probability between the two
-        edges. Rolling on a corner is left out: only the 3-D model has it (Contento, Zulli & Di Egidio 2013, doi
-        10.5772/54863).
+        A rectangular stone falls over one of its edges. The falls in the two vertical planes normal to its faces
+        are computed separately, each with the B/H in its plane, for each height and friction of the cube. Falls in
+        the two planes are taken as independent; where the stone would fall in both planes,
+        `fall_probability_over_each_edge` divides the probability between the two edges. Rolling on a corner is left
+        out: only the 3-D model has it (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
         model = self._simulated_standing_and_side_probabilities(
@@ -221,9 +221,8 @@ class SiteFallPrediction(AzimuthSectors):
     ) -> FloatArray:
         """Return probabilities of standing and of a fall to each side, by height and friction, shape (5, blocks, n).
 
-        The n faces have the azimuths `face_azimuths_deg`. A block is a height and friction of the cube. A
-        probability is NaN if unknown. The result is stored, since several numbers of a comparison need it for
-        the same stone.
+        A block is a height and friction of the cube; n is the number of `face_azimuths_deg`. A probability is NaN if
+        unknown. Results are kept in memory, since a comparison needs them several times for the same stone.
         """
         key = (face_azimuths_deg.tobytes(), b_over_h_in_both_planes)
         if key not in self._side_probabilities:
@@ -342,9 +341,9 @@ class SurveyFallPrediction:
 
 
 def _b_over_h_cache_key(b_over_h_in_plane_of_face_normal: float, b_over_h_in_perpendicular_plane: float) -> str:
-    """Return a dictionary key for two values of B/H, which may be NaN.
+    """Return a text as dictionary key for two values of B/H, which may be NaN.
 
-    NaN does not equal itself, so numbers would not do.
+    The numbers themselves are no suitable key, since NaN does not equal itself.
     """
     return f"{b_over_h_in_plane_of_face_normal} {b_over_h_in_perpendicular_plane}"
 

@@ -100,10 +100,11 @@ class StoneHeightAndSideRatios:
         return face_azimuths_to_simulate_for_d_over_b(self.d_over_b)
 
     def size_grid_weights(self, population_for_unknown_sizes: StonePopulation) -> FloatArray:
-        """Return the weights of `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H` for stones of this kind; sum 1.
+        """Return the weight of each simulated height and B/H for stones of this kind, shape (heights, B/H); sum 1.
 
-        The shape is (heights, B/H). Unknown sizes are distributed as in `population_for_unknown_sizes`; ln B/H has the
-        standard deviation `LN_B_OVER_H_STANDARD_DEVIATION_AT_EQUAL_SIZE` about a stone's value.
+        Simulated values are `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`. Unknown sizes are distributed as in
+        `population_for_unknown_sizes`. The weights of B/H are normal in ln B/H about a stone's value, with the standard
+        deviation `LN_B_OVER_H_STANDARD_DEVIATION_AT_EQUAL_SIZE`.
         """
         generator = np.random.Generator(np.random.PCG64(population_for_unknown_sizes.seed))
         unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(RANDOM_SIZE_COUNT).T
@@ -211,7 +212,8 @@ class StoneOutcomeProbabilities:
     def _outcome_probability_table(self, stone_kind: StoneHeightAndSideRatios) -> NDArray[np.float32]:
         """Return the probabilities of each fall direction, relative to the motion's north, and of standing.
 
-        The shape is (motions, levels, orientations, bins + 1), for direction bins and standing.
+        The shape is (motions, peak-velocity levels, orientations of the stone, direction bins + 1); the last index is
+        standing.
         """
         return np.stack(
             [
@@ -226,7 +228,7 @@ def simulated_size_weights_by_stone_kind(
 ) -> dict[StoneHeightAndSideRatios, FloatArray]:
     """Return, for each kind of stone, the share of stones that each simulated height and B/H represents.
 
-    The arrays of shares have the shape (heights, shapes); see `StoneHeightAndSideRatios.size_grid_weights`.
+    The arrays of shares have the shape (heights, B/H); see `StoneHeightAndSideRatios.size_grid_weights`.
     """
     return {
         kind: kind.size_grid_weights(population_for_unknown_sizes or StonePopulation())
@@ -237,9 +239,9 @@ def simulated_size_weights_by_stone_kind(
 def masks_of_sizes_to_simulate_by_d_over_b(
     size_grid_weights_by_stone_kind: dict[StoneHeightAndSideRatios, FloatArray],
 ) -> dict[float, NDArray[np.bool_]]:
-    """Return, by D/B, a mask of the heights and B/H that must be simulated, shape (heights, shapes).
+    """Return, by D/B, a mask of the pairs of height and B/H that must be simulated, shape (heights, B/H).
 
-    A pair is needed if its weight for some kind of stone with this D/B is positive.
+    A pair must be simulated if its weight for some kind of stone with this D/B is positive.
     """
     needed: dict[float, NDArray[np.bool_]] = {}
     for kind, weight in size_grid_weights_by_stone_kind.items():
@@ -301,11 +303,10 @@ def _outcome_probabilities_by_velocity_scale_of_motion(
 ) -> NDArray[np.float32]:
     """Return the probabilities of standing and of each fall direction, for one kind of stone under one motion.
 
-    The shape is (levels, orientations, bins + 1): peak velocities to which the motion is scaled, orientations of the
-    stone, and direction bins and standing. `outcome_arrays_by_size_key` has the outcomes of each simulated size (see
-    `outcomes_of_needed_sizes`). They are averaged over sizes, with weights of
-    `StoneHeightAndSideRatios.size_grid_weights`, and over neighbouring levels, since the peak velocity differs within a
-    site.
+    The shape is (peak velocities to which the motion is scaled, orientations of the stone, direction bins + 1); the
+    last index is standing. `outcome_arrays_by_size_key` has the outcomes of each simulated size (see
+    `outcomes_of_needed_sizes`). The outcomes are averaged over frictions, over sizes with the weights
+    `size_grid_weights`, and over neighbouring peak velocities, since the peak velocity differs within a site.
     """
     nodes = np.argwhere(size_grid_weights > 0).tolist()
     outcome = np.stack([outcome_arrays_by_size_key[f"{h}-{b}"] for h, b in nodes])
@@ -333,7 +334,7 @@ def _outcome_probabilities_by_velocity_scale_of_motion(
 def outcome_probabilities_if_nothing_is_known() -> FloatArray:
     """Return outcome probabilities if nothing is known: ½ for standing, the rest equal for all fall directions.
 
-    The shape is (bins + 1,).
+    The shape is (direction bins + 1,); standing is last.
     """
     return np.append(np.full(DIRECTION_BIN_COUNT, 0.5 / DIRECTION_BIN_COUNT), 0.5)
 

@@ -312,8 +312,8 @@ class SurveyRow(BaseModel):
     ) -> tuple["SurveyRow | None", list[str]]:
         """Validate the cells of a survey row; return the row (None if invalid) and all error messages.
 
-        Rules between columns are also checked if a cell is wrong, as far as they do not involve this cell. With
-        ``requires_outcome`` False, a row without any outcome is no fault.
+        If a cell is wrong, the rules between the other columns are checked all the same. With ``requires_outcome``
+        False, a row without any outcome is no error.
         """
         context: dict[str, Any] = {"no_outcome": not requires_outcome}
         adapter = TypeAdapter(cls)

@@ -16,7 +16,7 @@ _OCTANT_ASSIGNMENT_PARTS_PER_SECTOR: Final = 64
 
 
 class AzimuthSectors:
-    """Division of the circle into sectors of azimuth; a sector reaches half way to the neighbouring azimuths.
+    """Sectors of azimuth that divide the circle: each is about a given azimuth, half way to the neighbouring ones.
 
     Parameters
     ----------
@@ -25,8 +25,8 @@ class AzimuthSectors:
 
     Attributes
     ----------
-    sector_azimuths_deg : ndarray, shape (sectors,)
-        As given.
+    azimuth : ndarray, shape (sectors,)
+        The azimuths `sector_azimuths_deg`.
     share : ndarray, shape (sectors,)
         Share of the circle that each sector covers; the sum is 1.
     borders : ndarray, shape (sectors + 1,)
@@ -61,9 +61,9 @@ class AzimuthSectors:
 
     @cached_property
     def _octant_index_of_each_sector_part(self) -> NDArray[np.intp]:
-        """Octant of each part of each azimuth sector, shape (sectors × parts,).
+        """Index of the compass octant in which each part of each azimuth sector lies, shape (sectors × parts,).
 
-        Each sector has `_OCTANT_ASSIGNMENT_PARTS_PER_SECTOR` equal parts.
+        Each sector is divided into `_OCTANT_ASSIGNMENT_PARTS_PER_SECTOR` equal parts.
         """
         within = (np.arange(_OCTANT_ASSIGNMENT_PARTS_PER_SECTOR) + 0.5) / _OCTANT_ASSIGNMENT_PARTS_PER_SECTOR
         return sector_index(self.borders[:-1, None] + np.diff(self.borders)[:, None] * within, 8).ravel()

@@ -39,18 +39,19 @@ class SurvivalProbabilityEstimate:
     stone_class, intensity_measure : str
         Class and intensity measure.
     annual_fall_rate_per_stone : float
-        Annual rate of falls λ, 1/year; stronger shaking than the last level counts with the probability there.
+        Annual rate of falls λ, 1/year; shaking above the highest hazard level counts with the fall probability at this
+        level.
     standing_probability, standing_probability_low, standing_probability_high : float
-        Probability exp(−λT) that a stone stands after T years, and its values at the ends of the interval of the
-        median (NaN without interval). The lower end also assumes that every stone falls above the last level of the
-        hazard.
+        Probability exp(−λT) that a stone stands after T years, and its values for both ends of the interval of
+        the fragility median (NaN without interval). The low value also assumes that every stone falls in shaking
+        above the highest hazard level.
     standing_share_if_each_stone_keeps_its_deviation : float
-        Share of the class that stands if the deviation of each stone from its class is constant over T years; at least
-        `standing_probability`. NaN if the components of the spread are unknown.
+        Share of the class that stands after T years if each stone is stronger or weaker than its class by a constant
+        factor; at least `standing_probability`. NaN if the spreads among records and among stones are unknown.
     fall_rate_share_outside_fragility_data : float
         Share of λ from levels outside the range of the fragility data.
     fall_probability_at_lowest_hazard_level : float
-        Probability of falling at the first level of the hazard; weaker shaking is not counted.
+        Probability of falling at the lowest hazard level; weaker shaking is not counted in λ.
     """
 
     stone_class: str
@@ -183,9 +184,9 @@ def upper_bound_of_annual_fall_rate(years_without_fall: float) -> float:
 
     The rate lies below it with the probability `FALL_RATE_BOUND_PROBABILITY`.
 
-    The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share
-    their earthquakes and count as one (Gelman et al. 2013, Bayesian Data Analysis, section 2.6: gamma posterior of a
-    rate).
+    With a flat prior, the posterior density of the rate λ after T years without a fall is T exp(−λT) (Gelman et al.
+    2013, Bayesian Data Analysis, section 2.6: gamma posterior of a rate). Stones of one place share their earthquakes
+    and count as one.
     """
     return -math.log1p(-FALL_RATE_BOUND_PROBABILITY) / years_without_fall
 
@@ -198,11 +199,10 @@ def max_hazard_factor_allowed_by_standing_stones(
 ) -> float:
     """Return the largest factor on the hazard that standing stones allow: with it, only 5 % of stones would stand.
 
-    The bound follows from stones that still stand: a larger factor would have overturned more of them.
-
-    The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
-    larger than ``survey_fall_rate_upper_bound_per_year`` divided by the mean rate of the class. It equals this ratio if
-    the components of the spread are unknown. NaN without a bound.
+    Each stone is stronger or weaker than its class by a constant factor, and those that still stand are the strong
+    ones. So the factor on the hazard is larger than ``survey_fall_rate_upper_bound_per_year`` divided by the fall rate
+    of the class; it equals this ratio if the spreads among records and among stones are unknown. NaN if there is no
+    bound.
     """
     rate = estimate_standing_probability(fragility_curve, hazard_curve, exposure_years).annual_fall_rate_per_stone
     if math.isnan(survey_fall_rate_upper_bound_per_year) or not rate > 0:

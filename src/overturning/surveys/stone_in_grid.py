@@ -14,18 +14,18 @@ from overturning.surveys.stones import MAX_FACTOR_OUTSIDE_SIMULATED_RANGE, Stone
 def stone_dimensions_described_from_side_nearer_to_grid(
     grid_values_by_dimension: Mapping[str, FloatArray], stone: Stone
 ) -> dict[str, float]:
-    """Return face azimuth, height, B/H and D/B of a stone, described from the side that suits a study's grid better.
+    """Return face azimuth, height, B/H and D/B of a stone, with the side as face that suits a study's grid better.
 
-    A stone with B/H 0.4 and D/B 0.5 is the stone with B/H 0.2 and D/B 2 whose face is turned by 90°. The description
-    is chosen whose B/H and D/B are nearer to the values of the grid. Without D/B in the grid, or if both are equally
-    near, the stone is described as in the survey.
+    A stone with B/H 0.4 and D/B 0.5 may also be described by B/H 0.2 and D/B 2, with a face azimuth larger by 90°. Of
+    these two descriptions the one with B/H and D/B nearer to values of the grid is returned; the one of the survey if
+    they are equally near, or if the grid has no D/B.
     """
     front, side = stone.b_over_h_in_both_planes
 
     def stone_dimensions_seen_from_side(
         b_over_h_of_side_taken_as_face: float, b_over_h_of_other_side: float, azimuth_of_described_side_deg: float
     ) -> dict[str, float]:
-        """Return height, B/H, D/B and face azimuth of the stone, with the described side as its face."""
+        """Return height, B/H, D/B and face azimuth of the stone if the given side is taken as its face."""
         aspect = b_over_h_of_other_side / b_over_h_of_side_taken_as_face if b_over_h_of_side_taken_as_face else math.nan
         return {
             "height": stone.height_m, "b_over_h": b_over_h_of_side_taken_as_face, "aspect": aspect,
@@ -33,7 +33,7 @@ def stone_dimensions_described_from_side_nearer_to_grid(
         }  # fmt: skip
 
     def shape_distance_from_grid(stone_value_by_dimension: dict[str, float]) -> float:
-        """Return the sum of |ln(nearest grid value/value)| for B/H and D/B of a described stone, rounded."""
+        """Return |ln(nearest grid value/value of the stone)|, summed over B/H and D/B and rounded."""
         apart = (
             np.abs(np.log(grid_values_by_dimension[name] / stone_value_by_dimension[name])).min()
             for name in ("b_over_h", "aspect")
@@ -66,8 +66,8 @@ def nearest_grid_indices_of_stone(
 ) -> dict[str, NDArray[np.intp]]:
     """Return, by dimension of a results cube's grid, the index of the grid value that is closest to a stone's value.
 
-    A dimension is left out if the value of the stone is unknown. `stone_value_by_dimension` are those that
-    `stone_dimensions_described_from_side_nearer_to_grid` returns.
+    A dimension is left out if the value of the stone is unknown. `stone_value_by_dimension` is a result of
+    `stone_dimensions_described_from_side_nearer_to_grid`.
     """
     found = {
         name: np.array([int(np.abs(np.log(grid_values_by_dimension[name] / stone_value_by_dimension[name])).argmin())])

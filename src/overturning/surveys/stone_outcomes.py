@@ -117,7 +117,7 @@ def _shipped_outcome_array(array_name_in_shipped_file: str) -> NDArray[np.generi
 
 @cache
 def _d_over_b_texts_with_shipped_outcomes() -> frozenset[str]:
-    """Return, as text, each D/B with simulated outcomes in the package; empty if they are on another size grid."""
+    """Return, as text, each D/B with simulated outcomes in the package; empty if their grid is an outdated one."""
     with np.load(SHIPPED_OUTCOMES_FILE) as stored:
         if str(stored["grid"]) != simulated_grid_text_to_detect_outdated_files():
             return frozenset()
@@ -127,9 +127,9 @@ def _d_over_b_texts_with_shipped_outcomes() -> frozenset[str]:
 def shipped_stone_outcomes_of_motion(
     candidate_motion: CandidateMotion, d_over_b_or_0_if_round: float
 ) -> dict[str, NDArray[np.int8]]:
-    """Return the stone outcomes that the package contains for a motion, by key ``height-shape`` (grid indices).
+    """Return the outcomes of stones with one D/B under a motion that are in the package; empty if there are none.
 
-    The result is empty for motions that are not in the package, and for a D/B without such outcomes.
+    The keys are ``height-B/H``, as indices into `SIMULATED_HEIGHTS_M` and `SIMULATED_B_OVER_H`.
     """
     if f"{d_over_b_or_0_if_round:g}" not in _d_over_b_texts_with_shipped_outcomes():
         return {}
@@ -167,12 +167,12 @@ def outcomes_of_needed_sizes(
     outcome_cache_folder: Path,
     thread_count: int,
 ) -> dict[str, NDArray[np.int8]]:
-    """Return the outcomes of stones with one D/B under a motion: shipped with the package, stored, or simulated.
+    """Return the outcomes of stones with one D/B under a motion: from the package, from the cache, or simulated.
 
-    The sizes are those that are True in `mask_of_needed_heights_and_b_over_h`, of shape (heights, B/H). Each key is
-    ``height-B/H``, two indices; each value has the direction bin of the fall, `STANDING_OUTCOME_INDEX` or
-    `UNKNOWN_OUTCOME_INDEX` for each friction, peak velocity to which the motion is scaled, and orientation of the
-    stone.
+    The result has at least the sizes that are True in `mask_of_needed_heights_and_b_over_h`, shape (heights, B/H). Each
+    key is ``height-B/H``, as indices of the mask. Each value is an array of outcomes, shape (frictions, peak velocities
+    to which the motion is scaled, orientations of the stone): the direction bin of the fall, `STANDING_OUTCOME_INDEX`
+    or `UNKNOWN_OUTCOME_INDEX`.
     """
     shipped = shipped_stone_outcomes_of_motion(candidate_motion, d_over_b_or_0_if_round)
     needed = [(h, b) for h, b in np.argwhere(mask_of_needed_heights_and_b_over_h).tolist() if f"{h}-{b}" not in shipped]
@@ -218,7 +218,7 @@ def load_or_simulate_outcomes(
 def size_keys_with_stored_outcomes(
     candidate_motion: CandidateMotion, d_over_b_or_0_if_round: float, outcome_cache_folder: Path
 ) -> set[str]:
-    """Return the keys ``height-shape`` of stone sizes whose outcomes are in the package or in the cache folder."""
+    """Return the keys ``height-B/H`` (indices) of stone sizes with outcomes in the package or in the cache folder."""
     stored_names: list[str] = []
     # A damaged archive holds nothing.
     with (

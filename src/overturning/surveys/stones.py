@@ -66,7 +66,7 @@ class Stone:
     b_over_h : float
         Width over height in the plane through the normal of the face; NaN where not given.
     b_over_h_side : float
-        Width over height in the plane at right angles; NaN where not given (a square footprint is assumed then).
+        Width over height in the perpendicular vertical plane; NaN where not given (a square footprint is assumed then).
     face_azimuth_deg : float
         Direction that the front face looks to, degrees clockwise from true north; NaN where not given.
     height_m : float
@@ -115,9 +115,9 @@ class Stone:
 
     @property
     def b_over_h_in_both_planes(self) -> tuple[float, float]:
-        """B/H in the vertical plane of the face normal, and in the perpendicular one; NaN if both are unknown.
+        """B/H in the vertical plane of the face normal, and in the perpendicular vertical plane.
 
-        If only one is given, the footprint is taken as square.
+        If only one of the two is known, the footprint is taken as square; NaN if neither is known.
         """
         front, side = self.b_over_h, self.b_over_h_side
         return (side if math.isnan(front) else front), (front if math.isnan(side) else side)

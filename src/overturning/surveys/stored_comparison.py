@@ -16,14 +16,14 @@ from overturning.surveys.template import remarks_without_template_text
 
 @dataclass(frozen=True)
 class StoredSurveyComparison:
-    """Content of a result file: comparison of a survey with the prediction for its site, and names of their sources.
+    """Content of a result file: comparison of a survey with a prediction, and the names of survey file and record.
 
     ``survey_file_name`` and ``sha256`` are name and hash of the survey file; ``record`` is the record of the site.
 
-    ``survey_warnings`` are the warnings of `overturning.surveys.stones.SurveyTable`, ``remarks`` the comment lines at
-    the start of the survey file that are not empty, without those of the template; ``comparisons_by_site`` are pairs of
-    a site's name and its comparison by itself, none if the survey has one site. ``soil_by_site`` are pairs of a site's
-    name and the ground of its stones, with "" for all other sites; none if the record is used as it is at all sites.
+    ``survey_warnings`` are the warnings of `overturning.surveys.stones.SurveyTable`; ``survey_file_comments`` are the
+    comment lines that the user wrote at the start of the survey file. ``comparisons_by_site`` are pairs of a site's
+    name and the comparison for its stones only; none if the survey has one site. ``soil_by_site`` are pairs of a site's
+    name ("" for all sites not named) and its soil layers; none if the record is used unchanged at all sites.
     """
 
     survey_file_name: str

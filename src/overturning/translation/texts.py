@@ -200,8 +200,8 @@ def _translation_from_table(text: str, translation_table_entries: tuple[tuple[st
 def _translate_wrapped_text(text: str, translation_table_entries: tuple[tuple[str, str], ...]) -> str:
     """Translate a text of several lines; lines are joined if this leaves fewer English words.
 
-    A sentence that was wrapped has no entry for each line, and may be one part of a list: "stands; leans to 62 %
-    of the angle at which it would topple at" with the next line "rest".
+    The translation table has whole sentences, not the lines of a wrapped one. The sentence may also be a part of a
+    list, as in "stands; leans to 62 % of the angle at which it would topple at" with the next line "rest".
     """
     lines, best = text.split("\n"), _translate_text_lines(text, translation_table_entries)
     for start, end in combinations(range(len(lines) + 1), 2):
@@ -216,7 +216,7 @@ def _translate_wrapped_text(text: str, translation_table_entries: tuple[tuple[st
 
 
 def _translate_text_lines(text: str, translation_table_entries: tuple[tuple[str, str], ...]) -> str:
-    """Translate a text line by line; lines that the table lists only together are translated together."""
+    """Translate a text line by line; lines that have one entry in the table together are translated together."""
     lines, translated, start = text.split("\n"), list[str](), 0
     while start < len(lines):
         for end in range(start + 1, len(lines) + 1):

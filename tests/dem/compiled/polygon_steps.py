@@ -16,7 +16,10 @@ from overturning.kernel_cache import cache_compiled_kernel
 @cache_compiled_kernel
 @njit
 def solve_equations_and_count_nonzero_submatrices(state, blocks, links, size):  # type: ignore[no-untyped-def]
-    """Solve the equations of elements linked by contacts; return first the number of 3 × 3 submatrices used."""
+    """Solve the equations of elements linked by contacts in `state`; return the number of nonzero 3 × 3 submatrices.
+
+    Returned, too: whether the cleared pattern of nonzero submatrices still marks any, and two values without meaning.
+    """
     pattern, matrix = (
         equations.create_empty_nonzero_pattern(size),
         np.zeros(size * size * submatrices.VALUE_COUNT_PER_SUBMATRIX_IN_ALL_LANES),
@@ -55,7 +58,10 @@ def solve_equations_and_count_nonzero_submatrices(state, blocks, links, size):  
 @cache_compiled_kernel
 @njit
 def subtract_product_and_divide_submatrices(fresh, added, one, other):  # type: ignore[no-untyped-def]
-    """Set fresh = −one · other, then added −= one · other, then one = one · other⁻¹, in place, in every lane."""
+    """Set fresh = −one · other, added −= one · other, and then one = one · other⁻¹ and other = other⁻¹.
+
+    The arguments hold a 3 × 3 submatrix of each of the cases computed in parallel, and are changed in place.
+    """
     submatrices.subtract_submatrix_product(fresh, one, other, True)
     submatrices.subtract_submatrix_product(added, one, other, False)
     submatrices.invert_submatrix_in_place(other)
@@ -65,7 +71,10 @@ def subtract_product_and_divide_submatrices(fresh, added, one, other):  # type: 
 @cache_compiled_kernel
 @njit
 def run_case_and_return_max_tested_pairs_and_state(inputs, samples, sleep):  # type: ignore[no-untyped-def]
-    """Simulate one case; return the most element pairs tested in a step after the first, and the elements' state."""
+    """Simulate one case; return the most element pairs tested in a step after the first, and the final state.
+
+    If `sleep` is False, tests of distant pairs are resumed before each step. A third value returned has no meaning.
+    """
     workspace, cases = allocate_workspace(inputs), np.zeros(rows.PARALLEL_CASE_COUNT, np.int64)
     scene, most, state = view_scene_arrays_without_reference_counts(inputs.scene_arrays), 0, workspace.state
     for lane in range(rows.PARALLEL_CASE_COUNT):

@@ -58,9 +58,10 @@ def _final_slip_with_flights(along, up, dt, friction):  # type: ignore[no-untype
 def _acceleration_in_each_time_step(
     samples: np.ndarray, dt: float, interval: float, relative_time_in_step: float
 ) -> np.ndarray:
-    """Return the acceleration at a relative time in each step `dt`, until `SECONDS_AFTER_RECORD` s after the record.
+    """Return the acceleration at the same point of each time step; one value per step of `dt` s.
 
-    It is linear between the samples, and then 0.
+    `relative_time_in_step`: point of the step, 0 at its start, 1 at its end. The acceleration is linear between the
+    samples, and 0 for `SECONDS_AFTER_RECORD` s after the record.
     """
     time = (np.arange(round((samples.size * interval + SECONDS_AFTER_RECORD) / dt)) + relative_time_in_step) * dt
     return np.interp(time, np.arange(samples.size + 1) * interval, np.append(samples, 0.0))

@@ -13,9 +13,10 @@ from overturning.kernel_cache import cache_compiled_kernel
 def velocities_and_impulses_of_flat_landing_without_bounce(arms, pivot_inertia):  # type: ignore[no-untyped-def]
     """Compute velocities and impulses of a body that lands flat without bounce, by Gauss-Seidel iteration.
 
-    `arms`: positions of the points that touch, m; `pivot_inertia`: moment of inertia about the pivot over mass, m².
-    Before the landing the body rotates with 1 rad/s about the last of the points. Returns the upward velocity of the
-    middle, m/s, the angular velocity, rad/s, and the impulses at the points over mass, m/s.
+    `arms`: positions of the points that touch, from the middle of the base, m. `pivot_inertia`: moment of inertia over
+    mass, m², about the middle. Before the landing the body rotates with 1 rad/s about the point at −max(`arms`).
+    Returns the upward velocity of the middle, m/s, the angular velocity, rad/s, and the impulses at the points over
+    mass, m/s.
     """
     v, w, p = -arms.max(), 1.0, np.zeros(arms.size)
     for _ in range(2000):
@@ -41,7 +42,8 @@ def _base_acceleration_over_g_at_time(time, wave, interval):  # type: ignore[no-
 def normalised_restoring_moment(time, lean, along, up, interval):  # type: ignore[no-untyped-def]
     """Return the moment that rotates a block back to rest, over m g R (weight times half the diagonal).
 
-    `lean`: angle of the diagonal through its corner to the vertical, rad. `along`, `up`: base acceleration over g.
+    `lean`: angle of the diagonal through the pivot corner to the vertical, rad.
+    `along`, `up`: base acceleration over g.
     """
     weight = 1.0 + _base_acceleration_over_g_at_time(time, up, interval)
     return weight * math.sin(lean) + _base_acceleration_over_g_at_time(time, along, interval) * math.cos(lean)

@@ -101,8 +101,9 @@ def integrate_block_cases(
 ) -> np.ndarray:
     """Return fall side, peak rotation over α, peak slip (m) and number of steps of each case, shape (n, 4).
 
-    A case is azimuth (degrees), height (m), B/H and friction. The contact is given by δ/B (or K_n, N/m, for a block of
-    2650 kg/m³), ξ and K_s/K_n, with K_n/m = g/2δ and h/m = 2 ξ √(K_n/2m).
+    A case is azimuth (degrees), height (m), B/H and friction. The contact is given by the static penetration over width
+    δ/B (or by K_n, N/m, for a block of 2650 kg/m³), the damping ratio ξ and K_s/K_n. A corner has, per mass m of the
+    block, the normal spring K_n/m = g/2δ and the dashpot 2 ξ √(K_n/2m).
     """
     out = np.zeros((len(cases), 4))
     up = np.zeros(0) if motion.up is None else motion.up

@@ -51,7 +51,7 @@ def predict_corner_at_step_end(
 ) -> CornerPredictedAtStepEnd:
     """Predict position, velocity and spring stretch of a corner of a block at the end of a step (centred scheme).
 
-    The spring of a corner that was not in contact starts unstretched.
+    The tangential spring of a corner that was not in contact before starts unstretched.
     """
     arm, drop = corner_x_and_depth_from_centre(corner_sign, block, extrapolated_block.cos, extrapolated_block.sin)
     stretch = previous_corner.tangential_stretch + ((extrapolated_block.centre_x + arm) - previous_corner.x_position)
@@ -129,9 +129,9 @@ def predict_normal_force_per_mass_and_contact(
 ) -> tuple[float, bool]:
     """Return the predicted normal force at a corner per block mass (m/s²), and True if the corner is in contact.
 
-    In a step that resolves the contact vibration (`uses_predicted_forces_for_contact_and_sliding`), the predicted force
-    decides about contact. In a longer step this force would be too large; a corner that was in contact after the last
-    step stays in contact.
+    A corner is in contact if it penetrates the base and the predicted force pushes, or pulls in a flat landing. In a
+    step too long to resolve the contact vibration (`uses_predicted_forces_for_contact_and_sliding` is False), the
+    prediction is inaccurate; a corner that was in contact after the last step then stays in contact.
     """
     n = (
         block.normal_stiffness_per_mass * predicted_corner.penetration
@@ -149,14 +149,14 @@ def predict_corner_tangential_force_and_sliding(
     normal_force_per_mass: float,
     assumed_contact: AssumedCornerContact,
 ) -> PredictedCornerForceAndAssumedSlidingFlag:
-    """Return a corner's trial tangential force, and whether the equations of the step assume that the corner slides.
+    """Return a corner's predicted tangential force, and whether the step's equations assume that the corner slides.
 
     In a step that resolves the contact vibration, sliding is predicted from the forces. A longer step assumes the
-    sliding of the step before, and is repeated if this assumption proves wrong.
+    sliding of the step before, and is repeated if this assumption proves wrong. In a flat landing both corners slide or
+    stick together (`flat_landing_slides_mu_and_moment_factor`).
 
-    A normal force on a sliding corner must push it out; where friction would rotate the block further in instead
-    (Painlevé's paradox, possible from μ = 4/3), the corner sticks. In a flat landing both corners slide or stick
-    together (`flat_landing_slides_mu_and_moment_factor`).
+    The result also tells whether the corner can slide without Painlevé's paradox (possible from μ = 4/3): friction
+    that turns the corner into the base, although the normal force pushes it out.
     """
     slid, fine = (
         assumed_contact.signed_mu_or_zero_if_sticking,
@@ -184,10 +184,10 @@ def signed_friction_coefficient_and_sliding(
     other_corner_friction: PredictedCornerForceAndAssumedSlidingFlag,
     other_corner_in_contact: bool,
 ) -> tuple[float, bool]:
-    """Return ±μ with the sign of a corner's friction force (0: the corner sticks), and True if the corner slides.
+    """Return ±μ with the sign of a corner's friction force (0 if it cannot slide), and True if the corner slides.
 
-    A corner sticks if sliding friction would turn it into the base (Painlevé's paradox), unless the other corner
-    sticks: then the block can only rotate about the other corner, which lifts this one.
+    A corner cannot slide if friction would turn it into the base (Painlevé's paradox), unless the other corner is in
+    contact and sticks: then the block can only rotate about the other corner, which lifts this one.
     """
     free = corner_friction.has_no_painleve_paradox_if_sliding | (
         other_corner_in_contact & (not other_corner_friction.slides)
@@ -203,10 +203,10 @@ def zero_velocity_normal_force_and_its_scaled_decrease(
     normal_force_per_mass: float,
     is_in_contact: bool,
 ) -> tuple[float, float]:
-    """Return a corner's normal force per mass at zero velocity, m/s², and its decrease per velocity times half a step.
+    """Return a corner's normal force per mass at zero velocity, m/s², and half a step × its decrease per velocity.
 
-    Both are for the end of the step; the velocity is the upward one of the corner, so that the second value, 0 without
-    contact, is dimensionless.
+    Both values apply to the end of the step, and are 0 without contact. The velocity is the upward velocity of the
+    corner, so that the second value is dimensionless.
     """
     normal = block.dashpot_constant_per_mass + half_step_duration * block.normal_stiffness_per_mass
     return (normal_force_per_mass + normal * predicted_corner.velocity_z if is_in_contact else 0.0), (
@@ -255,8 +255,8 @@ def solve_velocity_corrections(
 ) -> BlockVelocityCorrectionAndCornerFriction:
     """Solve the linear equations of a step, with friction, for the corrections of a block's predicted velocities.
 
-    The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part.
-    Sliding corners, whose friction could reduce it too much, are made to stick instead.
+    The three equations are solved by elimination without pivoting, since the matrix is the identity plus a positive
+    part. A sliding corner whose friction would make this part too small (Painlevé's paradox) is made to stick.
     """
     half, inertia = predicted_block.half_step_duration, block.mass_over_moment_of_inertia
     left, right = predicted_block.left, predicted_block.right

@@ -38,11 +38,11 @@ def corner_forces_new_state_and_contact_changes(
     velocity_correction: BlockVelocityCorrectionAndCornerFriction,
     with_friction: bool,
 ) -> SolvedCornerContact:
-    """Return a corner's force per block mass at a step's end, limited by friction, its new state and contact changes.
+    """Return a corner's contact force per block mass at a step's end, its new state, and its contact changes.
 
-    The velocity corrections of the step's equations change the position by half a step times the correction. A corner
-    that was predicted to be in the base but is pushed out by these corrections counts as a change of contact. A corner
-    in the air is marked as sliding, which has no effect.
+    The solution of the step's equations corrects velocities, and positions by half a step times these corrections.
+    Friction limits the tangential force. Contact also counts as changed if a corner in the air was predicted to
+    penetrate the base, but the corrections push it out. A corner in the air is marked as sliding, which has no effect.
     """
     du, dw = (
         velocity_correction.centre_vx - predicted_corner.depth_below_centre * velocity_correction.angular_velocity,
@@ -125,7 +125,7 @@ def contact_changes_in_block_step(
     solved_corners: SolvedCornerContactPair,
     with_friction: bool,
 ) -> StepContactChanges:
-    """Return whether any corner contact opened, closed or slid in an attempted step; this decides if it is accepted."""
+    """Return the changes of contact and sliding in an attempted step, which decide whether the step is accepted."""
     left, right = solved_corners.left, solved_corners.right
     change_l, change_r = left.positive_if_contact_changed, right.positive_if_contact_changed
     travel_l, travel_r = (
@@ -179,7 +179,8 @@ def assumed_signed_friction_for_next_attempt(
 ) -> SignedFrictionCoefficientOrZeroIfSticking:
     """Return, for both corners, the signed friction ±μ (0: sticking) that the next attempted step assumes.
 
-    The solved step gives the new friction; a repeated step keeps the old assumption of a corner if it was correct.
+    The friction of the solved step is assumed. A corner keeps the friction that the solved step had assumed if
+    `keeps_assumption_at_both_corners`, or if that was correct and the step is repeated.
     """
     of_left, of_right = (
         (
@@ -208,12 +209,12 @@ def assumed_signed_friction_for_next_attempt(
 def time_since_contact_closed_minus_half_step_or_zero(
     half_step_duration: float, corner: SolvedCornerContact, other_corner: SolvedCornerContact
 ) -> float:
-    """Return the time (s) from a corner's first contact to the end of the step, less half the step; 0 if none closed.
+    """Return the time (s) from contact closure at a corner to the end of the step, less half a step; 0 without closure.
 
-    A corner that was in contact before, or is not in contact now, has not closed in this step.
+    A corner that was in contact before, or is not in contact now, has no closure in this step.
 
-    A contact that closes within a step acts only in the rest of the step, while the equations assume half of it. One
-    division serves both corners.
+    A contact that closes within a step acts only in the rest of the step, while the equations assume that it acts in
+    half of the step. One division gives the times of both corners.
     """
     own, other = (
         corner.penetration_change_if_newly_closed_else_one,
@@ -235,7 +236,7 @@ def compute_block_state_after_step_if_accepted(
     with_vertical_base_motion: bool,
     with_friction: bool,
 ) -> BlockAfterAttemptedStep:
-    """Compute a block's state, peak values, and sums of work and lost energy after a step, valid if it is accepted."""
+    """Compute a block's state, peaks, and sums of work and lost energy after a step; valid if the step is accepted."""
     (s, peaks, account), (left, right) = block_at_step_start, solved_corners
     half, turn, tick = (
         predicted_block.half_step_duration,

@@ -36,7 +36,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 def velocities_at_time_of_position(
     block: BlockConstants, state: BlockState, velocity_lag_behind_position_in_steps: float
 ) -> tuple[float, float, float]:
-    """Return a block's velocities (x, z, angular) at the time of its position; stored ones lag behind it."""
+    """Return a block's velocities (x, z, angular) at the time of its position; the stored velocities may lag behind."""
     time = velocity_lag_behind_position_in_steps * TICKS_PER_WHOLE_STEP * block.seconds_per_tick
     return (
         state.centre_vx + time * state.centre_ax,
@@ -82,7 +82,7 @@ def results_of_block_on_resting_base_are_final(
     overturning_energy_per_mass: float,
     velocity_lag_behind_position_in_steps: float,
 ) -> bool:
-    """True if a block on a base at rest can no longer fall, turn further than before, or slide on (unless μ = 0)."""
+    """True if a block on a resting base can no longer fall, exceed its peak rotation, or slide further (if μ > 0)."""
     now = block_mechanical_energy_per_mass(block, state, velocity_lag_behind_position_in_steps)
     if not (now < overturning_energy_per_mass and abs(state.angle) < block.critical_angle):
         return False
@@ -118,7 +118,10 @@ def update_late_largest_tilt_and_return_case_status(
     record_end_sample: float,
     max_penetration_to_half_side_ratio: float,
 ) -> int:
-    """Return the `CaseStatus` of the case in column `lane`, or `CASE_NOT_ENDED`; update its largest late tilt."""
+    """Return the `CaseStatus` of the case in column `lane`, or `CASE_NOT_ENDED`; update its largest late tilt.
+
+    The late tilt is the tilt over the critical angle in the second half of the time after the record.
+    """
     block, s, peaks, course = (
         load_block_constants(state, lane),
         load_block_state(state, lane),

@@ -19,7 +19,7 @@ def block_is_airborne(state: BlockState) -> bool:
 def remaining_flat_landing_duration_after_step(
     block: BlockConstants, state: BlockState, step_duration_s: float
 ) -> float:
-    """Return the time (s) left, after a step, of a landing on both corners; its full duration for an airborne block."""
+    """Return the remaining time (s) of a landing on both corners after a step; the full duration if airborne."""
     return (
         block.prescribed_flat_landing_duration
         if block_is_airborne(state)
@@ -36,11 +36,10 @@ def block_lands_flat(
 ) -> bool:
     """True if both lower corners of a block strike the base in one impact (a flat landing).
 
-    Penetration (m) and upward velocity (m/s) are those of the left and the right corner when contact forces act.
+    Penetration (m) and upward velocity (m/s) of each corner are those at the time of the contact forces.
 
-    In a plastic landing the impulse on the block must not pull it down. The impulse of a dashpot is the dashpot
-    constant times the penetration, which is positive as long as the corner is in the ground, so the dashpot may pull
-    for a while.
+    In a flat landing a dashpot may pull on the block for a while. Its impulse so far is the dashpot constant times the
+    penetration, which is positive as long as the corner is in the ground, so that the impulse never pulls.
     """
     left_depth, left_velocity = left_penetration_and_upward_velocity
     right_depth, right_velocity = right_penetration_and_upward_velocity
@@ -57,9 +56,9 @@ def flat_landing_slides_mu_and_moment_factor(
 ) -> tuple[bool, float, float]:
     """Return whether a block landing on both corners slides, ±μ, and the factor on the moment of friction.
 
-    The friction coefficient ±μ has the sign of `centre_vx`; the factor is 1 unless the block slides. If
-    μ ≤ B/H, the resultant impulse passes through the base, so that normal forces balance the whole moment of
-    friction.
+    The friction coefficient ±μ has the sign of `centre_vx`. If the block slides and μ ≤ B/H, the factor is 0:
+    the resultant impulse then passes through the base, so that normal forces balance the whole moment of friction.
+    Otherwise the factor is 1.
     """
     slides = is_flat_landing & base_slides_in_flat_landing(block.friction, centre_vx, centre_vz)
     return (

@@ -40,7 +40,7 @@ from overturning.dem.time_step import IntegrationScheme
 
 
 class BlockCundallSchemeConstants(NamedTuple):
-    """Constants of Cundall's scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
+    """Constants of Cundall's scheme for blocks: lag of velocities behind positions; steps after a sample's end."""
 
     velocity_lag_behind_position_in_steps: float = 0.5
     """Lag of velocities behind positions, steps."""
@@ -49,7 +49,7 @@ class BlockCundallSchemeConstants(NamedTuple):
 
 
 class VelocityLagAndMaxStepsBeyondSampleEnd(NamedTuple):
-    """Constants of the centred scheme for blocks: lag of velocities, and steps allowed beyond the end of a sample."""
+    """Constants of the centred scheme for blocks: lag of velocities behind positions; steps after a sample's end."""
 
     velocity_lag_behind_position_in_steps: float = 0.0
     """Lag of velocities behind positions, steps."""
@@ -58,7 +58,7 @@ class VelocityLagAndMaxStepsBeyondSampleEnd(NamedTuple):
 
 
 def unused_block_state_fields(with_vertical_base_motion: bool, with_friction: bool) -> list[str]:
-    """Return the names of block state variables that are not needed without vertical base motion, or friction."""
+    """Return the names of block state variables that a loop without vertical base motion or friction does not need."""
     springs = [] if with_friction else [
         "tangential_stretch", "x_position", "velocity_x", "left_signed_mu_or_zero_if_sticking",
         "right_signed_mu_or_zero_if_sticking", "repetitions_with_corrected_sliding_so_far",
@@ -144,7 +144,7 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
         step_count: int,
         ticks_per_sample: float,
     ) -> None:
-        """Attempt `step_count` time steps of each block, all in parallel; rejected ones count."""
+        """Attempt `step_count` time steps of all blocks in parallel; this number includes rejected steps."""
         for _ in range(step_count):
             predict_block_states_at_step_end(
                 marker_whose_type_selects_variant, state, computed_lane_count, ticks_per_sample
@@ -292,8 +292,8 @@ def select_time_stepping_loop(
 ) -> Any:
     """Return a scheme's compiled time-stepping loop for blocks, with or without vertical base motion and friction.
 
-    `numba_type_of_upward_acceleration` is None for the loop without vertical motion, and
-    `none_if_all_cases_frictionless` for that without friction. Arguments are the types that Numba has inferred.
+    Arguments are Numba types. The type of `scheme_constants` selects the scheme. NoneType selects the loop without
+    vertical motion (`numba_type_of_upward_acceleration`) or without friction (`none_if_all_cases_frictionless`).
     """
     make = next(
         make
@@ -310,7 +310,7 @@ def select_time_stepping_loop(
 def _overload_select_time_stepping_loop(
     scheme_constants: Any, numba_type_of_upward_acceleration: Any, none_if_all_cases_frictionless: Any
 ) -> Any:
-    """Tell Numba which time-stepping loop `select_time_stepping_loop` returns for arguments of these types."""
+    """Tell Numba which time-stepping loop `select_time_stepping_loop` returns for given argument types."""
     step_function = select_time_stepping_loop(
         scheme_constants, numba_type_of_upward_acceleration, none_if_all_cases_frictionless
     )

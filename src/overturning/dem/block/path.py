@@ -67,10 +67,10 @@ def mean_corner_positions_and_forces_per_mass(
 ) -> tuple[FloatArray, FloatArray]:
     """Compute mean positions of a block's lower corners and mean contact forces between successive output times.
 
-    The forces per mass follow from the equations of motion. Their sum is F/m = Δv/Δt + ü_base + g. An impact, which
-    lasts a few milliseconds, thus appears as its impulse over the time between two rows; since the forces obey the
-    friction limit at every time, so do their means. A corner in the air carries no force. If both corners touch, the
-    moment I Δω/Δt = Σ r × f divides the force between them, with the same inclination at both.
+    The forces per mass follow from the equations of motion. Their sum is F/m = Δv/Δt + ü_base + g. The force of an
+    impact, which lasts a few milliseconds, is thus its impulse divided by the time between two rows. The forces obey
+    the friction limit at every time, and so do their means. A corner in the air carries no force. If both corners
+    touch, their forces have the same inclination, and follow from the moment I Δω/Δt = Σ r × f.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def _mean_rate_between_successive_times(quantity_by_row: FloatArray, row_times_s
 
 
 def _mean_of_successive_rows(quantity_by_row: FloatArray) -> FloatArray:
-    """Return the mean of each two successive rows: that of a quantity that varies linearly between output times."""
+    """Return the mean of each two successive rows of a quantity that varies linearly between them."""
     return np.asarray(0.5 * (quantity_by_row[1:] + quantity_by_row[:-1]))
 
 

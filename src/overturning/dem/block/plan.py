@@ -116,7 +116,7 @@ class BlockSimulationPlan(SimulationPlan):
         case_numbers: NDArray[np.int64],  # noqa: ARG002, as in other plans
         result_tables: dict[str, NDArray[np.void]],
     ) -> dict[str, Any]:
-        """Return an array with a value per case for each outcome variable: a column that the kernel has filled."""
+        """Return each outcome variable by name, with a value per case: the columns of the kernel's table of results."""
         return {name: result_tables["results"][name] for name in RESULT_TABLE_DTYPE.names or ()}
 
     def trajectory_rows_at_rest(self, sample_count: int) -> NDArray[np.void]:
@@ -158,8 +158,8 @@ def block_step_lengths(
 ) -> StepLengthsByBlock:
     """Return the lengths of the time steps of blocks, from bounds of ω² and 2ξω of their highest contact mode.
 
-    Arrays have a value for each case: bounds of ω² (1/s²) and of 2ξω (1/s), and 1/p (s). `sampling_interval` is in
-    s.
+    Arrays have a value for each case: bounds of ω² (1/s²) and of 2ξω (1/s), and the rocking time constant 1/p (s).
+    `sampling_interval` is in s.
     """
     square, rate, interval, period = (
         omega_squared_of_highest_mode,

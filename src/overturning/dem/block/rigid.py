@@ -44,7 +44,7 @@ ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
 
 
 class BaseAccelerationAndGravityLinearInTime(NamedTuple):
-    """Base acceleration in g, linear in time until the next sample; slopes are per sampling interval."""
+    """Base acceleration and apparent gravity over g, linear in time until the next sample; slopes are per sample."""
 
     horizontal_in_g_at_time_zero: float
     horizontal_slope_per_sample: float
@@ -66,7 +66,7 @@ class RigidRockingOutcomes(NamedTuple):
 def _base_motion_with_later_origin(
     base_motion: BaseAccelerationAndGravityLinearInTime, origin_delay_in_samples: float
 ) -> BaseAccelerationAndGravityLinearInTime:
-    """Return a linear base motion as a function of time, in samples, from a time origin that lies later."""
+    """Return a linear base motion, with time counted from an origin that lies `origin_delay_in_samples` later."""
     delay = origin_delay_in_samples
     ground = base_motion.horizontal_in_g_at_time_zero + base_motion.horizontal_slope_per_sample * delay
     weight = base_motion.apparent_gravity_over_g_at_time_zero + base_motion.apparent_gravity_slope_per_sample * delay
@@ -81,7 +81,8 @@ def _rocking_side_and_waiting_time(
 ) -> tuple[float, float]:
     """Return the side to which a resting block starts to rock within the rest of a sample, and the time until then.
 
-    The side is ±1, or 0 if it does not start; the time is then `remaining_time_in_samples`. Times are in samples.
+    The side is ±1. If the block stays at rest, the side is 0 and the time is `remaining_time_in_samples`. Times are in
+    samples.
     """
     remaining = remaining_time_in_samples
     end = _base_motion_with_later_origin(base_motion, remaining)
@@ -103,10 +104,11 @@ def _fill_higher_taylor_coefficients(
     base_motion: BaseAccelerationAndGravityLinearInTime,
     squared_product_of_p_and_sampling_interval: float,
 ) -> None:
-    """Compute the higher Taylor coefficients of a rocking block's motion in a step; the first ones are given.
+    """Compute the Taylor coefficients of a rocking block's motion in a step from the motion at the start of the step.
 
     The rows of `taylor_coefficients_by_quantity`, shape (6, order + 1), are angle, velocity, sin and cos of (α −
-    angle), acceleration, jerk; time is in samples. Angles are positive towards the side (±1) to which the block leans.
+    angle), acceleration, jerk; the first coefficients of the first four rows are given. Time is in samples. Angles are
+    positive towards the side (±1) to which the block leans.
     """
     series, side = taylor_coefficients_by_quantity, rocking_side
     angle, velocity, sine, cosine, acceleration, jerk = series[0], series[1], series[2], series[3], series[4], series[5]
@@ -156,7 +158,7 @@ def _find_series_root(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def _series_certainly_keeps_sign(taylor_coefficients: Any, step_length_in_samples: float) -> bool:
-    """True if a Taylor series surely has no zero in a step: its first term exceeds the others' sum of magnitudes."""
+    """True if a Taylor series has no zero in a step, since its first term exceeds the sum of all others in size."""
     others = 0.0
     for k in range(taylor_coefficients.size - 1, 0, -1):
         others = (others + abs(taylor_coefficients[k])) * step_length_in_samples
@@ -167,7 +169,7 @@ def _series_certainly_keeps_sign(taylor_coefficients: Any, step_length_in_sample
 def _limit_step_to_two_turning_points(taylor_coefficients_by_quantity: Any, step_length_in_samples: float) -> float:
     """Return a step's length, halved until the rotation of the block has at most two turning points in the step.
 
-    There is at most one if velocity or acceleration keeps its sign, at most two if the jerk does.
+    There is at most one turning point if the velocity or acceleration keeps its sign, at most two if the jerk does.
     """
     series, length = taylor_coefficients_by_quantity, step_length_in_samples
     while length > SHORTEST_STEP_IN_SAMPLES and not (
@@ -183,10 +185,10 @@ def _limit_step_to_two_turning_points(taylor_coefficients_by_quantity: Any, step
 def _first_two_turning_point_times(
     taylor_coefficients_by_quantity: Any, step_length_in_samples: float, starts_to_rock_at_step_start: bool
 ) -> tuple[float, float]:
-    """Return the times of the first two turning points of a block's rotation in a step, else the step's length.
+    """Return the times of the first two turning points of a block's rotation in a step; the step's length if missing.
 
-    Times are from the start of the step, in samples. A block that starts to rock moves away from the base, even if
-    rounding gives the first term the opposite sign.
+    Times are from the start of the step, in samples. A block that starts to rock is assumed to accelerate away from the
+    base, even if rounding gives its first acceleration the opposite sign.
     """
     velocity, acceleration = taylor_coefficients_by_quantity[1], taylor_coefficients_by_quantity[4]
     speeds_up, end = starts_to_rock_at_step_start or acceleration[0] > 0.0, step_length_in_samples
@@ -246,8 +248,8 @@ def _peak_angle_and_whether_case_ends(
 ) -> tuple[float, bool]:
     """Return a block's largest angle up to a step's end, rad, and True if the case ends at one of its turning points.
 
-    A case ends if the block has fallen (π/2). After the record each peak is smaller than the one before, so that it
-    also ends at its next peak. Turning points from `landing_or_step_end_in_samples` on do not count.
+    A case ends if the block has fallen (angle π/2). After the record it also ends at the next peak of the angle, since
+    later peaks are smaller. Turning points from `landing_or_step_end_in_samples` on do not count.
     """
     peak = peak_angle_so_far_rad
     for time in turning_times_in_samples:
@@ -359,8 +361,8 @@ def simulate_rigid_rocking(
     Parameters
     ----------
     motion : Motion
-        Ground motion, linear between samples and from the last sample to zero; the base moves level if it has no
-        vertical component.
+        Ground motion, linear between samples, and from the last sample to zero within one sample; without a vertical
+        component the base moves only horizontally.
     cases : Cases
         n blocks; `friction` and `damping_factor` are ignored.
     taylor_series_order : int
@@ -369,14 +371,14 @@ def simulate_rigid_rocking(
     Returns
     -------
     RigidRockingOutcomes
-        Outcomes in the order of the cases; the bits of a case do not depend on the others.
+        Outcomes in the order of the cases; the outcome of a case does not depend on the other cases, to the last bit.
 
     Notes
     -----
     A block at rest starts to rock if |a| > (g + a_up) B/H. The coefficient of restitution is 1 − 1.5 sin²α, and 0
-    for B/H ≥ √2. The block has fallen at |θ| = 90°. After the record it is simulated until its next turning
-    point, since its later peaks are smaller, and for at most 20/p. It never leaves the ground: the outcome is
-    meaningless if a_up < −g.
+    for B/H ≥ √2. The block has fallen at |θ| = 90°. After the record the block is simulated until the
+    next peak of its rotation, since later peaks are smaller, and for at most 20/p (p: rocking frequency). The block
+    never leaves the ground: the outcome is meaningless if a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
     row, ground = azimuth_row_by_case_and_base_accelerations(motion, cases)

@@ -113,7 +113,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case: int) -> None:
 def update_sample_and_load_motion(
     kernel_input: Any, workspace: Any, case_index_by_lane: Any, computed_lane_count: int
 ) -> None:
-    """Load the base motion of each case's present sample, and rescale (cos θ, sin θ) of each block to length 1."""
+    """Advance each case to its next sample, load the base motion, and normalise (cos θ, sin θ) of its block."""
     advance_sample_load_motion_and_normalise_rotation(
         workspace.state, computed_lane_count, kernel_input.motion_row_by_case, case_index_by_lane,
         kernel_input.ground_motion.horizontal_acceleration, kernel_input.ground_motion.upward_acceleration,
@@ -131,7 +131,7 @@ def advance_sample_load_motion_and_normalise_rotation(
     numba_type_of_upward_acceleration: Any,
     settings: SettingsCommonToParallelCases,
 ) -> None:
-    """Advance each case to its next sample, load the base motion, and rescale its (cos θ, sin θ) to length 1.
+    """Advance each case to its next sample, load the base motion, and normalise (cos θ, sin θ) of its block.
 
     `motion_row_by_case` has the row of `horizontal_acceleration_by_azimuth_m_s2` for each case; the upward
     acceleration, m/s², has a value for each sample.
@@ -177,9 +177,11 @@ def advance_sample_load_motion_and_normalise_rotation(
 def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, computed_lane_count: int, trajectory_of_first_lane: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Attempt a fixed number of steps of all blocks, until the next test for ended cases; record the first one.
+    """Attempt a fixed number of steps of all blocks, until the next test for ended cases; record the first block.
 
-    The motion is recorded at the start of the sample, and when it reaches the end of its own sample.
+    If `trajectory_of_first_lane` has rows, the motion of the block in the first column is recorded before the first
+    step, and whenever this block is at the end of its sample. Returns the trajectory and the number of recorded rows,
+    −1 if these would be too many.
     """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings, scheme, state = kernel_input.settings, kernel_input.scheme_constants, workspace.state
@@ -230,7 +232,7 @@ def mark_possibly_ended_block_cases(
     record_end_sample: float,
     max_penetration_to_half_side_ratio: float,
 ) -> int:
-    """Mark and count cases with a fallen block, an invalid state, or no more base motion that moves a block at rest."""
+    """Mark and count cases that may have ended: block fallen, state invalid, or only weak base motion from now on."""
     count = 0
     for j in range(active_lane_count):
         block, s, b = (
@@ -315,7 +317,7 @@ def max_of_translation_and_half_height_rotation(
     angular_velocity_or_acceleration: float,
     block: BlockConstants,
 ) -> float:
-    """Return the largest of |x|, |z| and half height × |rotation| of a block's velocity (m/s) or acceleration."""
+    """Return the largest of |x|, |z| and half height × |angular| component of a block's velocity or acceleration."""
     x, z = abs(velocity_or_acceleration_x), abs(velocity_or_acceleration_z)
     turn, most = abs(angular_velocity_or_acceleration) * block.half_height, x if x > z else z
     return most if most > turn else turn

@@ -46,7 +46,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 def write_block_constants_and_initial_state(
     state: Any, lane: int, case_table_row: Any, sampling_interval: float, ticks_per_sample: float
 ) -> None:
-    """Write a block's constants, step control and initial state, from its case, to column `lane` of the state array."""
+    """Write the constants, step control and initial state of a case's block to column `lane` of the state array."""
     for row in range(STATE_ROW_COUNT):
         state[row * PARALLEL_CASE_COUNT + lane] = 0.0
     b, h = 0.5 * case_table_row.width, 0.5 * case_table_row.height

@@ -44,7 +44,7 @@ MIN_OMEGA_DT_FOR_STANDING_STEPS_OF_ONE_SAMPLE: Final = 100.0
 
 
 class BlockConstants(NamedTuple):
-    """Size, contact constants, tick and flat-landing constants of a block; half width and half height in m."""
+    """Constants of a block: half width and half height (m), contact, length of a tick (time unit), flat landing."""
 
     half_width: float
     half_height: float
@@ -105,11 +105,11 @@ class AssumedCornerContact(NamedTuple):
 
 
 class BlockState(NamedTuple):
-    """State of a block in the frame of the base: position, rotation, velocities and both lower corners.
+    """State of a block in the frame of the base: position, rotation, velocities, accelerations and lower corners.
 
-    Centre (`centre_x` along s, `centre_z` up; m), rotation θ (`angle`, rad) with cosine and sine, velocities
-    (`centre_vx`, `centre_vz`, `angular_velocity`) and accelerations (`centre_ax`, `centre_az`, `angular_acceleration`)
-    of these (m, rad, s).
+    The centre is at `centre_x` (along s, towards the azimuth) and `centre_z` (up), m. The rotation θ is `angle`, rad,
+    with cosine `cos` and sine `sin`. Velocities (`centre_vx`, `centre_vz`, `angular_velocity`) are in m/s and rad/s,
+    accelerations (`centre_ax`, `centre_az`, `angular_acceleration`) in m/s² and rad/s².
     """
 
     centre_x: float
@@ -151,7 +151,7 @@ class BlockPeaksAndLastUprightTick(NamedTuple):
 
 
 class BlockEnergyAccount(NamedTuple):
-    """Work done on a block by the motion of the base, and energy lost, so far and per mass, and their present rates.
+    """Work of the base motion on a block, and energy that the block lost, per mass: sums so far and present rates.
 
     `base_motion_work_per_mass` and `lost_energy_per_mass` are in m²/s², their rates `base_motion_power_per_mass` and
     `dissipated_power_per_mass` in m²/s³.
@@ -164,7 +164,7 @@ class BlockEnergyAccount(NamedTuple):
 
 
 class BlockAccelerationsFromBaseMotion(NamedTuple):
-    """Accelerations of a block, in the frame of the base, that the motion of the base causes, m/s²."""
+    """Base accelerations in the equations of motion of a block relative to the base: −a along s; upward, m/s²."""
 
     negative_of_base_acceleration_x: LinearBaseAcceleration
     """−a along s."""
@@ -255,7 +255,8 @@ class PredictedCornerForceAndAssumedSlidingFlag(NamedTuple):
 class CornerEquationTerms(NamedTuple):
     """Contribution of a corner to the three equations for the velocities of a block, per mass.
 
-    The forces are those for zero velocity at the end of the step; the other fields are their changes per velocity.
+    The two forces are those for zero velocity at the end of the step. The other fields are changes of these forces per
+    velocity, times half the step.
     """
 
     normal_force_per_mass_at_zero_velocity: float
@@ -333,7 +334,7 @@ STATE_ROW_LAYOUT: Final = TupleRowLayout(
 def corner_x_and_depth_from_centre(
     corner_sign: float, block: BlockConstants, cosine: float, sine: float
 ) -> tuple[float, float]:
-    """Return a block's lower corner (`corner_sign` −1: left, 1: right) from its centre: along x and down, m."""
+    """Return a block's lower corner (`corner_sign` −1: left, 1: right) relative to its centre: x and depth, m."""
     b, h = corner_sign * block.half_width, block.half_height
     return b * cosine - h * sine, h * cosine + b * sine
 

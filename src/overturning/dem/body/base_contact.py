@@ -75,7 +75,7 @@ def update_lowest_and_highest_base_vertex(
     vertex: BodyVertex,
     point_state_at_step_start: BodyContactPointState,
 ) -> BodyBaseContactState:
-    """Return the contact state of a body's base, updated if this base vertex is its lowest or highest one so far."""
+    """Return a base's contact state, updated if `vertex` is the lowest or highest of the base vertices so far."""
     height = matrix_times_vector(body_axes, vertex.position_from_centre_in_body_axes).z
     below = vertex_belongs_to_base(body, vertex)
     still = one_if_point_penetrates_nearly_at_rest(body, point_state_at_step_start)
@@ -143,7 +143,7 @@ def vertex_carries_no_load_until_base_ends_rest(
 
 @njit(**INLINE_OPTIONS)
 def is_body_in_flat_landing(base_contact_state_of_earlier_vertices: BodyBaseContactState) -> bool:
-    """True while a flat landing of a body lasts: its base touches in one impact, in which dashpots may pull.
+    """True while a body lands flat: all points of its base touch in one impact, and their dashpots may pull.
 
     See `overturning.dem.block.landing`.
     """
@@ -154,7 +154,10 @@ def is_body_in_flat_landing(base_contact_state_of_earlier_vertices: BodyBaseCont
 def longest_landing_time_including_point(
     longest_landing_time_so_far: float, remaining_landing_time_of_point: float, point_penetration: float
 ) -> float:
-    """Return the longest remaining landing time (s) of the points so far, including this one if it is in contact."""
+    """Return the longest time (s) left of a flat landing among the contact points so far and this one.
+
+    This point counts only if it penetrates the ground.
+    """
     return (
         remaining_landing_time_of_point
         if (point_penetration > 0.0) & (remaining_landing_time_of_point > longest_landing_time_so_far)
@@ -166,9 +169,10 @@ def longest_landing_time_including_point(
 def remaining_landing_time_of_new_contact(
     body: BodyConstants, base_contact_state_of_earlier_vertices: BodyBaseContactState
 ) -> float:
-    """Return the time (s) for which a contact point that touches now still takes part in a flat landing.
+    """Return the time (s) left of a flat landing for a contact point that touches now.
 
-    It is that of the points already in contact, or the full duration of a flat landing if there are none.
+    It is the longest time left of the points already in contact, or the full duration of a flat landing if no point is
+    in contact.
     """
     return (
         body.flat_landing_duration_s
@@ -215,9 +219,9 @@ def any_body_base_lands_flat(body_states: Any, lane_count: int) -> bool:
 def use_full_friction_moment_where_friction_tips_body(
     body_states: Any, vertex_rows: Any, length_of_vertex_rows: int, lane_count: int
 ) -> None:
-    """Raise the tilting share of friction's moment to 1 where friction tips a body over an edge in a flat landing.
+    """Let the whole moment of friction tilt each body that friction tips over a base edge in a flat landing.
 
-    The share is `BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`. It is read
+    The function sets `BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing` to 1; this share is read
     only for bodies whose base lands flat. The resultant of normal forces and friction passes through the centre if they
     act at the distance μ h ahead of it, in the direction of sliding; h is the height of the centre. If that point lies
     within the base, the normal forces balance the moment of friction.

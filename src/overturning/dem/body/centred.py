@@ -161,12 +161,12 @@ def slip_direction_and_tilting_share_in_flat_landing(
     angular_velocity: Vector3,
     lands_flat_and_tilting_moment_share: tuple[bool, float],
 ) -> tuple[float, float, bool, float]:
-    """Return a point's slip direction (x, y) in a flat landing, whether it slides, and its tilting moment share.
+    """Return a point's slip direction (x, y), whether it slides in a flat landing, and its tilting share.
 
-    The last value is the part of the moment of the point's friction that tilts the body.
-    `lands_flat_and_tilting_moment_share` holds whether the body lands flat, and that part for a point that slides
-    meanwhile (`BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`). See
-    `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`; only the rotation about the vertical is included.
+    The tilting share is the part of the moment of the point's friction that tilts the body: 1 unless the point slides.
+    `lands_flat_and_tilting_moment_share` holds whether the body lands flat, and the tilting share of a sliding point
+    (`BodyBaseContactState.tilting_share_of_friction_moment_in_flat_landing`). The slip velocity includes only the
+    rotation about the vertical; see `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`.
     """
     lands_flat, tilting = lands_flat_and_tilting_moment_share
     x = centre_velocity.x - angular_velocity.z * point_position_from_centre.y
@@ -204,8 +204,8 @@ def predict_contact_point(
     """Predict a body's contact point at the end of a step, and whether it is assumed to touch and to slide.
 
     If the step resolves the contact vibration (`contact_vibration_is_resolved`), the predicted forces decide about
-    contact and slip. In a longer step these forces would be too large; the state of the point after the last step is
-    used.
+    contact and slip. In a longer step these forces would be too large, and contact and slip are taken from
+    `point_state_at_step_start`.
     """
     old, r = point_state_at_step_start, point_position_from_centre
     deferred, flat, new_landing, base_tilting = flat_landing_inputs
@@ -295,10 +295,11 @@ def contact_force_and_derivatives_of_point(
 ) -> ContactForcesAndNegatedVelocityDerivatives:
     """Return the terms of one contact point in the linear equations for a body's velocity corrections in a step.
 
-    The force at the end of the step is f' = f − G (e_v + e_w × r), with the velocity changes e_v and e_w of the body
-    and the position r of the point.
-    Friction of a sliding point is μ times its normal force. Across its direction the point is held as if it stuck,
-    times the ratio of friction to the force that would hold it.
+    The force at the end of the step is f' = f − G (e_v + e_w × r): f is the force at the predicted velocities, e_v
+    and e_w are the corrections of velocity and angular velocity, r is the position of the point. The returned
+    derivatives are multiplied by half the step. Friction of a sliding point is μ times its normal force. Across the
+    direction of friction, G is that of a sticking point times the ratio of the friction limit to the force that would
+    make the point stick.
     """
     on = predicted_point.is_assumed_in_contact > 0.0
     slides = predicted_point.is_assumed_to_slide > 0.0

@@ -311,7 +311,7 @@ def accept_or_reject_steps(body_states: Any, lane_count: int, ticks_per_sample: 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_contact_point_states_after_attempted_steps(body_states: Any, point_rows: Any, lane_count: int) -> None:
-    """Store a contact point's new state if the step is accepted; after a rejected step at most whether it slid."""
+    """Store a contact point's new state if its step is accepted; if not, at most the flag whether it slid."""
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         new, rejected = load_body_point_state_at_step_end(point_rows, j), load_step_rejection_flags(body_states, j)
         store_point_state_at_step_start_unless_rejected(point_rows, j, rejected.is_step_rejected > 0.0, new)
@@ -326,8 +326,8 @@ def update_contact_point_states_after_attempted_steps(body_states: Any, point_ro
 def build_time_stepping_loop(base_is_round: bool) -> Any:
     """Return the compiled time-stepping loop for bodies with a round rim (`base_is_round`) or with base vertices.
 
-    The type of its argument `marker_whose_type_selects_base_shape_loop` makes the compiled names of the two variants
-    differ.
+    The loop's argument `marker_whose_type_selects_base_shape_loop` has a different type for each of the two loops, so
+    that their compiled names differ.
     """
 
     @njit(**INTERNAL_COMPILE_OPTIONS)

@@ -50,10 +50,10 @@ def point_spring_energy_loss_per_mass(
     tangential_stretch_before_slip: tuple[float, float],
     tangential_stretch_after_slip: tuple[float, float],
 ) -> float:
-    """Return the spring energy of a contact point that is lost in a step by slip or opening, per mass, m²/s².
+    """Return the spring energy that a contact point loses in a step when it slips or opens, per mass, m²/s².
 
-    `tangential_stretch_before_slip` is the tangential stretch before slip and `tangential_stretch_after_slip` that
-    after slip, m.
+    `tangential_stretch_before_slip` and `tangential_stretch_after_slip` are the stretches (m) of the tangential springs
+    at the end of the step, before and after slip or opening reduces them.
     """
     kx, ky = tangential_stretch_after_slip
     inside, was = penetration_at_step_end > 0.0, point_state_at_step_start.penetration > 0.0
@@ -143,7 +143,7 @@ def compute_point_forces(
     contact_vibration_is_resolved: bool,
     base_is_round: bool,
 ) -> tuple[ContactForceAndMomentSum, LargestContactChangesOfBody, BodyContactPointState]:
-    """Return a contact point's force, moment and losses per body mass at a step end, changes and new state."""
+    """Return a contact point's forces and losses per body mass, contact changes and state at the end of a step."""
     half, r, old = predicted_body.half_step_length_s, predicted_point.position_from_centre, point_state_at_step_start
     e = plus(velocity_correction.velocity, cross_product(velocity_correction.angular_velocity, r))
     u = plus(predicted_point.velocity, e)

@@ -121,7 +121,10 @@ def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -
 def energy_per_mass_to_tilt_body_about_edge(
     body: BodyConstants, base_edge_distance_from_centre: float, tilt_squared_sine: float
 ) -> float:
-    """Return the energy per mass, m²/s², to tilt a body over a base edge from 0 to a tilt up to the critical one."""
+    """Return the energy per mass (m²/s²) that tilts an upright body over a base edge to a given tilt.
+
+    Beyond the critical tilt the energy is that for the critical tilt.
+    """
     square = min(tilt_squared_sine, body.critical_lean_as_continued_squared_sine)
     return float(
         GRAVITY
@@ -159,7 +162,7 @@ def squared_base_speed_including_spin(body: BodyConstants, state: BodyState, rad
 
 @njit(**INLINE_OPTIONS)
 def body_will_slide_noticeably(body: BodyConstants, state: BodyState, base_edge_distance_from_centre: float) -> bool:
-    """True if friction will stop an upright body's slide and spin only after `NEGLIGIBLE_REMAINING_SLIP_M` or more."""
+    """True if an upright body will slide or spin by `NEGLIGIBLE_REMAINING_SLIP_M` or more before friction stops it."""
     square = squared_base_speed_including_spin(body, state, base_edge_distance_from_centre)
     return bool(body.friction > 0.0 and square >= 2.0 * NEGLIGIBLE_REMAINING_SLIP_M * GRAVITY * body.friction)
 
@@ -207,9 +210,9 @@ def update_peak_tilt_near_end_and_return_status(
     record_sample_count: float,
     fall_limits_by_lean_sector: Any,
 ) -> int:
-    """Update late tilt and slide end of the case in column `lane`; return its `CaseStatus`, or `CASE_NOT_ENDED`.
+    """Return the `CaseStatus` of the case in column `lane`, or `CASE_NOT_ENDED`; update two stored values.
 
-    The late tilt is the largest one near the end of the case.
+    These are `LargestTiltRatioInSecondHalfAfterRecord` and `LastSampleOfContinuedSlidingCase`.
     """
     count = vertex_rows.size // VALUE_COUNT_PER_VERTEX_IN_ALL_LANES
     body = load_body_constants(body_states, lane)
@@ -282,7 +285,7 @@ def body_rests_upright_on_all_base_vertices(
     lane: int,
     max_base_acceleration_without_motion_g: float,
 ) -> bool:
-    """True if a body is upright and still, and as many points as its base has vertices carry load without sliding."""
+    """True if a body is upright, still and held without sliding by at least as many points as its base has vertices."""
     body, s, held = load_body_constants(body_states, lane), load_body_state(body_states, lane), 0
     w = s.angular_velocity
     turning = matrix_times_vector(expand_symmetric_matrix(body.mass_times_inverse_inertia), s.contact_moment_per_mass)

@@ -18,8 +18,8 @@ def rotate_to_east_north_up(
 ) -> FloatArray:
     """Convert vectors, shape (…, 3), from the x, y and z axes of a body's frame to east, north and up.
 
-    `orientation_unit_vector_north_east` are those of the orientation, north and east: x points towards it, y 90°
-    anticlockwise from it.
+    x points along the body's orientation, y 90° anticlockwise from it. `orientation_unit_vector_north_east` holds the
+    north and east components of the unit vector along x.
     """
     cosine, sine = orientation_unit_vector_north_east
     x, y, z = np.moveaxis(vectors_along_xyz, -1, 0)
@@ -50,7 +50,7 @@ class BodyTrajectory:
         )
 
         def trajectory_vectors_from_columns(*column_names: str) -> FloatArray:
-            """Return columns of the trajectory as the components of a vector, shape (samples, columns)."""
+            """Return the named columns of the trajectory rows as vectors, shape (samples, columns)."""
             return np.stack([self.rows[name] for name in column_names], axis=-1)
 
         quaternion = trajectory_vectors_from_columns("qw", "qx", "qy", "qz")

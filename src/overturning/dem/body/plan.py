@@ -68,9 +68,9 @@ class SimulationPlan3D(SimulationPlan):
 
     @property
     def parallel_group_by_case(self) -> NDArray[np.int64]:
-        """Group number of each case, shape (n,); the cases of a group are computed in parallel.
+        """Group number of each case, shape (n,).
 
-        They have equal step lengths.
+        The cases of a group have equal step lengths and are computed in parallel.
         """
         return group_numbers_of_equal_cases(
             self.steps_per_sample, self.case_table["longest_step_with_all_contacts_closed_ticks"]
@@ -184,7 +184,8 @@ def sample_ranges_able_to_move_3d_model_at_rest(
 ) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
     """Find the range of samples outside which a motion is too weak, in any direction, to move a 3-D model at rest.
 
-    Return, for each case, the first and the end sample of this range, and True if no sample can move the model.
+    Return, for each case, the first sample of this range, the sample after its last one, and True if no sample can
+    move the model.
     """
     count = amplitude_factor_by_case.size
     if not skips_quiet_samples:
@@ -307,9 +308,9 @@ def _rest_acceleration_limit_g_by_case(
 ) -> FloatArray:
     """Return, for each case, the base acceleration |a|/g up to which a body at rest stays at rest, shape (cases,).
 
-    See `overturning.dem.quiet.largest_acceleration_without_motion_g`. `stiffnesses_and_dashpot_per_mass_by_solid` are
-    those per mass of each solid, shape (solids, 3); `solid_index_by_case`, `point_dashpot_constant_per_mass_by_case`
-    (1/s) and `friction_by_case` have a value for each case, shape (n,).
+    See `overturning.dem.quiet.largest_acceleration_without_motion_g`. `stiffnesses_and_dashpot_per_mass_by_solid` holds
+    normal and tangential stiffness (1/s²) and dashpot (1/s) of a contact point, shape (solids, 3).
+    `solid_index_by_case`, `point_dashpot_constant_per_mass_by_case` (1/s) and `friction_by_case` have shape (cases,).
     """
     slowest, unloads = (
         np.array([function(body) for body in solids_by_size])
@@ -331,9 +332,10 @@ def _rest_acceleration_limit_g_by_case(
 def base_motion_indices_cosines_and_accelerations(
     motion: Motion, cases: Cases
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Return each case's index of its base motion, its direction cosines (north, east), and all base motions, m/s².
+    """Return the index of each case's base motion, the direction cosines of its orientation, and all base motions.
 
-    Shapes (n,), (n, 2) and (orientations, 2, samples + 3); the base accelerations have components along x and y.
+    The shapes are (n,), (n, 2) for north and east, and (orientations, 2, samples + 3) for the base accelerations
+    (m/s²) along x and y.
     """
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.sample_count + 3))

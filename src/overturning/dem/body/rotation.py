@@ -26,10 +26,11 @@ def inertial_accelerations_until_next_sample(
     base_acceleration_xy: Any, upward_base_acceleration: Any, sample_index: int, amplitude_factor: float,
     samples_per_tick: float,
 ) -> InertialAndUpwardBaseAccelerations3D:  # fmt: skip
-    """Return the inertial accelerations in the frame of the base, × a factor, linear from a sample to the next one.
+    """Return the inertial accelerations (m/s²) in the frame of the base, linear from a sample to the next one.
 
-    `base_acceleration_xy` holds the accelerations of the base along x and y, shape (2, samples), m/s². Only the
-    horizontal ones change their sign: the upward one remains that of the base.
+    `base_acceleration_xy` holds the base accelerations along x and y, shape (2, samples), m/s². All accelerations are
+    multiplied by `amplitude_factor`. The horizontal ones are those of the base with the opposite sign; the upward one
+    is that of the base.
     """
     return InertialAndUpwardBaseAccelerations3D(
         linear_base_acceleration_of_sample(base_acceleration_xy[0], sample_index, -amplitude_factor, samples_per_tick),

@@ -208,7 +208,10 @@ def advance_sample_and_load_base_motion(
 def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory_buffer: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Attempt time steps of all bodies until the next end test; return the first one's trajectory and its row count."""
+    """Attempt time steps of all bodies until the next end test; return the trajectory and its number of rows.
+
+    Only the body in column 0 has a trajectory. If it is full, no steps are attempted and the number is −1.
+    """
     # Unpack the input before the branch: otherwise Numba increments the reference count of every array once per sample.
     settings = kernel_input.settings
     marker = kernel_input.marker_whose_type_selects_base_shape_loop
@@ -295,7 +298,7 @@ def mark_possibly_ended_body_cases(
 def mark_possibly_resting_bodies(body_states: Any, active_lane_count: int) -> int:
     """Mark and count, by a quick test, the cases whose body may be at rest.
 
-    The limit and the mark of a case are in `RestAccelerationLimitAndAtRestFlag`.
+    The mark is the field `was_at_rest_at_sample_start` of `RestAccelerationLimitAndAtRestFlag`.
     """
     number = 0
     for j in range(active_lane_count):

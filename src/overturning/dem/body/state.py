@@ -133,7 +133,7 @@ LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S: Final = -1e300
 
 
 class BodyBaseContactState(NamedTuple):
-    """Contact state of a body's base: lowest and highest vertex, landing times left, share of friction that tilts."""
+    """Contact state of a body's base: lowest and highest vertex, flat landing times left, tilting share of friction."""
 
     lowest_base_vertex_height_above_centre: float
     """Height of the lowest base vertex relative to the centre, m; negative."""
@@ -167,8 +167,8 @@ class BodyPeaksAndLastUprightTick(NamedTuple):
 class BodyEnergyAndMomentumAccount(NamedTuple):
     """Work done by the base, energy lost (m²/s²) and vertical angular momentum supplied (m²/s) to a body, per mass.
 
-    The last three fields are the rates of these at the end of the last step. Moment and angular momentum are about the
-    vertical through the origin.
+    The last three fields are the rates of the first three at the end of the last step. Moment and angular momentum are
+    about the vertical through the origin.
     """
 
     base_motion_work_per_mass: float
@@ -245,7 +245,7 @@ class PredictedContactPoint(NamedTuple):
 
 
 class StepRejectedAndSameContactStateFlags(NamedTuple):
-    """Flags (1 or 0) of an attempted step: the step is rejected; the next attempt assumes the same contact state."""
+    """Flags (1 or 0) of an attempted step: it is rejected; the next attempt assumes the same sliding."""
 
     is_step_rejected: float
     next_attempt_keeps_slip_assumption: float
@@ -271,9 +271,9 @@ class BodyPredictedForStepEnd(NamedTuple):
 
 
 class ContactForcesAndNegatedVelocityDerivatives(NamedTuple):
-    """Sums over a body's contact points for the equations of a step: force, moment, and velocity derivatives, per mass.
+    """Sums over a body's contact points, per mass, for the equations of a step: forces, moments, and their derivatives.
 
-    The derivatives count with the opposite sign and are multiplied by half the length of the step.
+    The derivatives by the velocities have the opposite sign and are multiplied by half the length of the step.
     """
 
     force_per_mass: Vector3

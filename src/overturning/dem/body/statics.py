@@ -19,7 +19,7 @@ MAX_CACHED_SOLIDS: Final = 4096
 def body_pose_at_rest_on_springs(body: RigidSolid, vertex_normal_stiffness_per_mass: float) -> FloatArray:
     """Return the pose of a body at rest on its base springs: centre (m) and small rotation vector (rad), shape (6,).
 
-    The penetration is a linear function of position; vertices that it would lift carry no load.
+    The penetration of a vertex is a linear function of its x and y; vertices where it would be negative carry no load.
     `vertex_normal_stiffness_per_mass` is the stiffness of a vertex per mass, 1/s².
     """
     x, y = body.contact_points_from_centre_of_mass[: body.base_vertex_count, :2].T
@@ -53,9 +53,9 @@ def body_pose_at_rest_on_springs(body: RigidSolid, vertex_normal_stiffness_per_m
 def largest_squared_frequency_on_springs_of_any_face(body: RigidSolid) -> float:
     """Return the largest eigenvalue ω² of a body on equal springs at its vertices, for the stable time step.
 
-    Each spring has the stiffness 1/s² per body mass. Each further spring only raises the eigenvalue: the body has a
-    higher frequency on all vertices of a face than on an edge or a single vertex. The tilt does not matter for
-    isotropic springs. So the maximum over the faces that can lie flat, each with all its vertices, is enough.
+    Each spring has the stiffness 1/s² per body mass. The result is the maximum over the faces that can lie flat, with
+    springs at all vertices of the face. Contact at an edge or a single vertex has fewer springs, hence no higher
+    eigenvalue. The tilt of the body does not matter for isotropic springs.
     """
     faces = (np.arange(body.base_vertex_count), *body.point_indices_by_non_base_contact_face)
     return max(highest_eigenvalue(_mass_scaled_stiffness_of_unit_springs(body, face)) for face in faces)
@@ -72,10 +72,10 @@ def smallest_squared_frequency_on_unit_springs(body: RigidSolid) -> float:
 
 @lru_cache(MAX_CACHED_SOLIDS)
 def unloading_acceleration_g_and_min_to_mean_load(body: RigidSolid) -> tuple[float, float]:
-    """Return the base acceleration |a|/g that unloads a base vertex, and the ratio of least to mean load of vertices.
+    """Return the base acceleration |a|/g that unloads a base vertex, and the least vertex load over the mean one.
 
-    The acceleration is horizontal, in the most unfavourable direction; the ratio is that of the upright body at rest.
-    Both values are 0 if a vertex carries no load at rest.
+    The acceleration is horizontal, in the most unfavourable direction; the loads are those of the upright body at rest.
+    Both results are 0 if a vertex carries no load at rest.
     """
     x, y = body.contact_points_from_centre_of_mass[: body.base_vertex_count, :2].T
     rows = np.stack([np.ones(body.base_vertex_count), x, y])

@@ -25,10 +25,11 @@ def longest_step_count_per_sample_and_step_control(
     rocking_time_constant_s_by_case: FloatArray,
     kernel_step_control: StepLimitsCommonToAllCases = PACE,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Return the number of longest steps in a sample, for n cases, and the columns of their step control by name.
+    """Return, for n cases, the number of longest steps in a sample, and their step control as columns by name.
 
-    ω² (1/s²) and 2ξω (1/s) are those of the highest vibration on the contact springs, the rocking time constant is
-    1/p (s). All arrays have the shape (n,). `kernel_step_control` holds the step control of the kernel.
+    The columns are the fields of `overturning.dem.kernel.clock.CaseStepLengthsAndDoublingCounts`. ω² (1/s²) and
+    2ξω (1/s) belong to the highest vibration mode on the contact springs; the rocking time constant is 1/p (s). All
+    arrays have the shape (n,). `kernel_step_control` holds the step limits of the kernel.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class BodyInitialStateTableRow(NamedTuple):
 
 
 class BodyCaseTableRow(NamedTuple):
-    """Parameters of a case of a 3-D body: columns of the kernel's table of cases, among others."""
+    """Parameters of a case of a 3-D body: some of the columns of the kernel's table of cases."""
 
     point_normal_stiffness_per_mass: float
     """Normal stiffness of a point per mass, 1/s²."""

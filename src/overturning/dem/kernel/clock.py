@@ -46,8 +46,8 @@ class StepLimitsCommonToAllCases(NamedTuple):
     ) -> FloatArray:
         """Return, for each case, the number of steps of one length after a contact change before the length doubles.
 
-        The arguments are ω² (1/s²) and 2ξω (1/s) of each case, arrays of the same shape. The number grows if the
-        damping ratio ξ is below one half.
+        The arguments, arrays of the same shape, are ω² (1/s²) and 2ξω (1/s) of each case's highest vibration mode.
+        The number grows as 1/(2ξ), up to 8-fold, if the damping ratio ξ is below one half.
         """
         return np.asarray(
             self.steps_before_doubling_after_contact_change
@@ -151,12 +151,13 @@ def decide_rejection_sliding_and_next_step(
     tick_at_end_of_attempt: float,
     ticks_per_sample: float,
 ) -> tuple[bool, bool, NextStepToAttempt]:
-    """Return whether an attempted step is rejected, whether the assumed sliding is kept, and the next attempt.
+    """Decide whether an attempted step is rejected, and which step is attempted next.
 
-    Returns (True if rejected, True if the assumed sliding is kept, next attempt). `tick_at_end_of_attempt` counts from
-    the start of the sample. A body may begin to slide in a step of up to `MAX_SLIP_ONSET_STEP_IN_SAMPLES` of a sample,
-    and friction may change its sign in one of up to `MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES`. If a step in which a body
-    begins to slide is halved, the points that stuck are assumed to stick again.
+    Returns (True if rejected, True if the next attempt assumes the same sliding, next attempt).
+    `tick_at_end_of_attempt` counts from the start of the sample. A body may begin to slide in a step of up to
+    `MAX_SLIP_ONSET_STEP_IN_SAMPLES` of a sample, and friction may change its sign in a step of up to
+    `MAX_FRICTION_REVERSAL_STEP_IN_SAMPLES`. If a step in which a body begins to slide is halved, the points that stuck
+    are assumed to stick again.
     """
     length = attempted_step.length_in_ticks
     shorter = (

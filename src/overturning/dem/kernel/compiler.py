@@ -79,7 +79,7 @@ class InternalFunctionLibrary(JITCodeLibrary):
     """LLVM code of a function that only compiled code calls: it is linked into its callers.
 
     Machine code is generated for the calling kernel only. For inlined functions LLVM's optimisation is left to the
-    caller, too. To do both for each such function would take a quarter of the compilation time.
+    caller, too. Machine code and optimisation of each such function would take a quarter of the compilation time.
 
     Attributes
     ----------

@@ -57,7 +57,7 @@ class LargestTiltRatioInSecondHalfAfterRecord(NamedTuple):
 
 
 class LastSampleOfContinuedSlidingCase(NamedTuple):
-    """Sample up to which a case is continued at its end because a stone still slides; 0 before that is known."""
+    """Sample up to which a case is simulated because a stone still slides at its regular end; 0 if not yet known."""
 
     end_sample_while_sliding_or_zero_if_unknown: float
 
@@ -79,10 +79,10 @@ def continuation_sample_tick_and_last_upright_time(
     ticks_per_sample: float,
     sampling_interval: float,
 ) -> tuple[float, float, float]:
-    """Return the sample and tick at which a case continues, and the last time (s) when its body leant less than α.
+    """Return a case's current sample, tick in it and last upright time (s), after steps that may pass a sample's end.
 
-    The returned tick counts from the start of the returned sample. `last_upright_tick_in_ended_sample` is the last tick
-    at which the body leant less than its critical angle; negative if none.
+    The body is upright while it leans less than its critical angle. `last_upright_tick_in_ended_sample` is the last
+    tick at which it was upright in the sample in which the steps began; negative if none.
     """
     then = (
         case_progress.current_sample + last_upright_tick_in_ended_sample * (1.0 / ticks_per_sample)
@@ -132,10 +132,11 @@ def body_is_still(
     last_step_duration_s: float,
     max_base_acceleration_without_motion_g: float,
 ) -> bool:
-    """True if a body in contact is at rest: its speed and acceleration are below limits proportional to its rest limit.
+    """True if a body in contact is at rest: its speed and acceleration are below limits.
 
-    Speed and acceleration, relative to the base, include those due to rotation; they are taken after the last step.
-    `max_base_acceleration_without_motion_g` is the base acceleration over g up to which the body stays at rest.
+    The limits are proportional to `max_base_acceleration_without_motion_g`, the base acceleration over g up to which
+    the body stays at rest. Speed and acceleration, relative to the base, include those due to rotation; they are taken
+    after the last step.
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """
@@ -155,9 +156,9 @@ def largest_tilt_ratio_in_second_half_after_record(
     largest_tilt_over_critical_angle: float,
     centre_height_above_rest_m: float,
 ) -> float:
-    """Return the largest tilt over critical angle in the second half of the time from record end to case end, updated.
+    """Return the largest tilt ratio so far in the second half of the time from the record's end to the case's end.
 
-    See `LargestTiltRatioInSecondHalfAfterRecord`.
+    The tilt ratio is the tilt over the critical angle; see `LargestTiltRatioInSecondHalfAfterRecord`.
 
     `previous_late_largest_tilt_ratio` is the value at the end of the sample before, `centre_height_above_rest_m`
     the height of the centre above its height at rest.
@@ -181,12 +182,12 @@ def set_slide_end_once_and_check_case_continues(
     longest_time_until_friction_stops_s: float,
     sampling_interval: float,
 ) -> bool:
-    """True if a case is simulated further at its end because a body still slides or spins.
+    """True if a case is simulated beyond its regular end because a body still slides or spins.
 
-    At the first call, the sample by which friction has stopped the motion is stored in the state array, at
-    `state_array_index_of_slide_end_sample`, where 0 stood before. It is 3 times `longest_time_until_friction_stops_s`
-    ahead: the time in which friction would stop the fastest slide or spin on its own, or 0. A slide and a spin of one
-    body slow each other down less than each would slow down on its own, and end together.
+    The first call stores the sample at which the case then ends, at `state_array_index_of_slide_end_sample` of the
+    state array, in place of 0. This sample is later by 3 times `longest_time_until_friction_stops_s`, the time in which
+    friction would stop the fastest slide or spin on its own (0 if none). The factor is above 1 because a slide and a
+    spin of one body slow each other down less than each would slow down on its own, and end together.
     """
     # The sample is not computed again: a cylinder that rolls on its rim without loss would be simulated for ever.
     if state_array[state_array_index_of_slide_end_sample] == 0.0:

@@ -58,7 +58,7 @@ class LinearBaseAcceleration(NamedTuple):
 def linear_base_acceleration_of_sample(
     acceleration_by_sample_m_s2: Any, sample_index: int, amplitude_factor: float, samples_per_tick: float
 ) -> LinearBaseAcceleration:
-    """Return a component of the base acceleration, times the amplitude factor, as linear from a sample to the next.
+    """Return one component of the base acceleration, × a factor, as a linear function from a sample to the next.
 
     `acceleration_by_sample_m_s2` holds the component at each sample, m/s².
     """
@@ -82,7 +82,7 @@ def base_acceleration_in_this_or_next_sample(
 ) -> float:
     """Return a component of the base acceleration, m/s², at a tick (unit of time) of its sample or of the next one.
 
-    `ticks_past_sample_end` is the number of ticks from the end of the sample to `tick`; 0 within the sample.
+    `ticks_past_sample_end` is the number of ticks from the end of the sample to this tick; 0 within the sample.
     """
     return (
         base_acceleration.value_at_sample_start + base_acceleration.slope_per_tick * ticks_since_sample_start
@@ -94,9 +94,10 @@ def max_acceleration_in_window_by_rest_check(
 ) -> FloatArray:
     """Return the largest base acceleration in a time window after each sample at which rest is tested.
 
-    Only the next `SAMPLES_PER_REST_CHECK_BLOCK` samples and the time `LEAD_TIME_BEFORE_POSSIBLE_MOVEMENT_S` count; the
-    value is infinite if the block ends after the record. The maximum of each block is shared by all windows that
-    contain it; sample by sample, this took half of the time of a sweep for long records.
+    The window covers the next `SAMPLES_PER_REST_CHECK_BLOCK` samples and then the time
+    `LEAD_TIME_BEFORE_POSSIBLE_MOVEMENT_S`. The value is infinite if the record ends within these samples. The maximum
+    of each block is shared by all windows that contain it; a maximum over all samples of each window took half of the
+    time of a sweep for long records.
 
     Parameters
     ----------
@@ -189,7 +190,7 @@ def count_skippable_samples(
 ) -> int:
     """Return the number of samples from the current one on, in whole blocks, in which a body at rest stays at rest.
 
-    The other parameters are those of `next_window_motion_is_below_rest_limit`.
+    The parameters are those of `next_window_motion_is_below_rest_limit`.
     """
     count = 0
     while next_window_motion_is_below_rest_limit(

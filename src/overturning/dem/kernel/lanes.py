@@ -281,7 +281,7 @@ class TupleRowLayout:
         self._made: dict[tuple[object, ...], TupleReaderAndWriter] = {}
 
     def row_offset_of_field(self, tuple_type: type, field_path: str) -> int:
-        """Return the array index at which the values of a field start (path such as ``left.penetration``)."""
+        """Return the array index at which the values of the field `field_path` (e.g. ``left.penetration``) start."""
         return self._rows[tuple_type, field_path]
 
     def tuple_reader_and_writer(

@@ -47,9 +47,8 @@ def base_slides_in_flat_landing(
 ) -> bool:
     """True if a body that lands flat slides: its tangential speed is at least μ × its normal speed, m/s.
 
-    The dashpots stop the vertical motion first, and the contribution of the rotation to the slip only later. Friction
-    in a plastic landing depends on the slip that remains afterwards, so rotation is left out: all contact points slide
-    the same way.
+    Both velocities leave out the rotation of the body relative to its support. The dashpots stop this rotation too, and
+    friction depends on the slip that remains after it has stopped. All contact points thus slide in one direction.
     """
     return abs(tangential_velocity) >= friction_coefficient * abs(normal_velocity)
 
@@ -60,9 +59,9 @@ def max_time_between_touches_in_one_impact(
 ) -> float:
     """Return the longest time (s) between touches of both ends of a body's lower side that still count as one impact.
 
-    Stiffness (1/s²) and dashpot (1/s) of an end are per mass. The time is m/h (mass over dashpot), in which the
-    dashpot of one end alone stops the mass: the other end touches before the first one has stopped the body. For a
-    weaker dashpot (h² < K m, K: stiffness) it is the shorter time h/K.
+    The arguments are stiffness K/m (1/s²) and dashpot constant h/m (1/s) of one end, m being the mass of the body. The
+    time is m/h, in which the dashpot of one end alone stops the body, or h/K if this is shorter (h² < K m); 0 without
+    dashpot.
     """
     dashpot = dashpot_constant_of_one_end_per_mass
     return min(1.0 / dashpot, dashpot / normal_stiffness_of_one_end_per_mass) if dashpot > 0.0 else 0.0
@@ -97,8 +96,8 @@ def limit_friction_force_and_stretch_and_test_slip(
 ) -> tuple[float, float, float, float, bool]:
     """Limit friction force (per mass) and spring stretch of a contact point; return both, and True if the point slips.
 
-    Force and stretch keep their directions. A point in a flat landing slips if, and only if, it slides meanwhile (see
-    `base_slides_in_flat_landing`).
+    Force and stretch keep their directions. A point in a flat landing slips if, and only if, the base of its body
+    slides in this landing (see `base_slides_in_flat_landing`).
     """
     (held, drifts), square, stretch = (
         is_in_flat_landing_and_slides_meanwhile,

@@ -99,8 +99,8 @@ def attempt_steps_until_next_check(
 ) -> tuple[Any, int]:
     """Attempt a fixed number of steps of the first `computed_lane_count` cases; record the motion of the first one.
 
-    Returns the trajectory of the first lane, which may be a longer copy of the given one, and its number of recorded
-    rows; −1 if the trajectory has reached its limit.
+    Returns the trajectory of the first case, in a longer copy of the given array if that was too short, and its number
+    of recorded rows. This number is −1 if the trajectory would exceed its largest number of rows.
     """
     raise NotImplementedError
 
@@ -113,7 +113,7 @@ def mark_possibly_ended_cases(
 ) -> int:
     """Set the mark of each active case to 1 if it may have ended, else to 0; return the number of ones.
 
-    This quick test covers all cases at once; `current_case_status` decides.
+    This quick test covers all cases at once; `current_case_status` decides whether a marked case has ended.
     """
     raise NotImplementedError
 

@@ -59,8 +59,8 @@ def select_llvm_value_without_branch(
 ) -> Any:
     """Select one of two values by a condition, in LLVM code that needs no branch.
 
-    LLVM would turn the store of a value just loaded from the same place into a conditional store, which is slower.
-    LLVM's instruction ``freeze`` hides that both values are equal.
+    If one value was just loaded from the address at which the result will be stored, LLVM would make this store
+    conditional, which is slower. The instruction ``freeze`` hides from LLVM where the values come from.
     """
     # The builder has no method for this instruction.
     frozen = [
@@ -77,9 +77,10 @@ class GeneratedLlvmFunction:
     Parameters
     ----------
     machine_code_name : str
-        Name in the machine code; functions of one name must be identical.
+        Name in the machine code; two functions with the same name must be identical.
     generate_llvm_instructions : callable
-        ``generate_llvm_instructions(context, builder, *values)`` emits them and returns the result, or None.
+        ``generate_llvm_instructions(context, builder, *values)`` emits the instructions of the function and returns
+        its result as an LLVM value, or None.
     """
 
     def __init__(self, machine_code_name: str, generate_llvm_instructions: Callable[..., Any]) -> None:
@@ -179,7 +180,7 @@ def create_tuple_loader(
         array_type: Any,
         lane_index_type: Any,  # noqa: ARG001
     ) -> Any:
-        """Return the Numba signature of the loading and the function that generates its LLVM code."""
+        """Return the Numba signature of ``load`` and the function that generates the LLVM code of its call."""
 
         def generate_load_call(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
             """Generate the LLVM code that calls the loading function."""
@@ -196,7 +197,8 @@ def create_tuple_storer(
 ) -> Any:
     """Return a compiled function ``store(array, j, value)`` that writes a named tuple to column j of a state array.
 
-    Numbers whose entry of `row_offset_of_each_number_or_none` is None are not written.
+    `row_offset_of_each_number_or_none` holds the array index at which the row of each number starts; None: the number
+    has no row and is not written.
     """
 
     def generate_store_instructions(
@@ -215,7 +217,7 @@ def create_tuple_storer(
         lane_index_type: Any,  # noqa: ARG001
         stored_tuple_type: Any,
     ) -> Any:
-        """Check the types; return the Numba signature of the storing and the function that generates its LLVM code."""
+        """Check the types; return the Numba signature of ``store`` and the generator of the LLVM code of its call."""
         _check_argument_types(tuple_type, stored_tuple_type)
 
         def generate_call_of_store_function(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
@@ -241,7 +243,8 @@ def create_tuple_storer_skipping_flagged_lanes(
 ) -> Any:
     """Return a compiled function ``store_unless(array, j, keep, value)`` that writes a tuple unless `keep` is true.
 
-    Numbers whose entry of `row_offset_of_each_number_or_none` is None are not written.
+    It writes to column j of a state array. `row_offset_of_each_number_or_none` holds the array index at which the row
+    of each number starts; None: the number has no row and is not written.
     """
 
     def generate_store_instructions(
@@ -269,7 +272,7 @@ def create_tuple_storer_skipping_flagged_lanes(
         keep_flag_type: Any,  # noqa: ARG001
         stored_tuple_type: Any,
     ) -> Any:
-        """Check the types; return Numba signature and code generator of storing the tuple unless a flag is true."""
+        """Check the types; return Numba signature of ``store_unless`` and generator of the LLVM code of its call."""
         _check_argument_types(tuple_type, stored_tuple_type)
 
         def generate_call_of_store_function(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:
@@ -303,7 +306,7 @@ def create_zero_tuple_function(tuple_type: type) -> Any:
     """Return a compiled function ``zero()`` that returns a named tuple of the given type with all numbers zero."""
 
     def signature_and_generator_for_zeros(_typing_context: Any) -> Any:
-        """Return the Numba signature of a function without arguments and the function that generates its LLVM code."""
+        """Return the Numba signature of ``zero()`` and the function that generates the LLVM code of its result."""
 
         def generate_code_returning_zeros(context: Any, *_: Any) -> Any:
             """Generate the LLVM code of a tuple of zeros."""
@@ -337,7 +340,7 @@ def create_elementwise_function(
     def signature_and_generator_for_elementwise_function(
         _typing_context: Any, first_tuple_type: Any, second_tuple_type: Any
     ) -> Any:
-        """Check the types; return the Numba signature of the combination and the generator of its LLVM code."""
+        """Check the types; return the Numba signature of ``f(a, b)`` and the generator of the LLVM code of its call."""
         _check_argument_types(tuple_type, first_tuple_type, second_tuple_type)
 
         def generate_elementwise_function_call(context: Any, builder: Any, signature: Any, llvm_arguments: Any) -> Any:

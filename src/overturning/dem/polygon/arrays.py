@@ -301,8 +301,8 @@ def penetration_and_energy_limits_of_case_end(
 ) -> NDArray[np.void]:
     """Return the penetration and energy limits that end a case of a prepared scene, of type `TERMINATION_LIMITS_DTYPE`.
 
-    An element that falls without base motion needs no energy to overturn; its weight times its size then scales the
-    energy error.
+    The energy error is relative to the energy that overturns an element, or to its weight times its smaller side if it
+    falls without base motion and needs no such energy.
     """
     free = [prepared_scene.elements[n] for n in prepared_scene.free_element_indices]
     whole = np.array([item.mass * prepared_scene.scene.gravity * item.smaller_of_width_and_height for item in free])

@@ -40,7 +40,7 @@ MAX_SUPPORT_GAP_OVER_PENETRATION_LIMIT: Final = 0.1
 
 
 class ElementCountsAndKineticEnergy(NamedTuple):
-    """Numbers of free elements of a case that stand, fell and stand for good, their kinetic energy, and two checks."""
+    """Numbers of standing, fallen and safely standing free elements, kinetic energy, checks of finiteness and slip."""
 
     sum_to_detect_nonfinite_state: float
     """Sum that is finite if the poses and velocities of all elements are."""
@@ -65,10 +65,10 @@ def case_status(
     sample_index_at_record_end: float,
     sampling_interval: float,
 ) -> int:
-    """Return the `CaseStatus` of the case in column `lane` of the state array; `CASE_NOT_ENDED`: not ended.
+    """Return the `CaseStatus` of the case in column `lane` of the state array, `CASE_NOT_ENDED` before its end.
 
-    The record ends at sample `sample_index_at_record_end`. `rocking_groups_immovable_from_sample` holds the sample from
-    which each group of elements that can rock as one cannot be moved any more, shape (groups,).
+    The record ends at sample `sample_index_at_record_end`. `rocking_groups_immovable_from_sample`, shape (groups,),
+    holds the sample from which the base motion cannot move each group of elements that can rock as one body.
     """
     case = rows.load_scene_state(case_states, lane)
     v = int(case.scene_variant_index)
@@ -188,7 +188,7 @@ def all_elements_stand_and_outcomes_are_final(
 def store_new_fall_sides_and_count_elements(
     case_states: Any, lane: int, fall_and_support_table: Any
 ) -> ElementCountsAndKineticEnergy:
-    """Store the side of elements that fell since the last test; count elements that stand, fell, or stand for good."""
+    """Store the side (±1) to which elements newly fell; count elements that stand, have fallen, stand for good."""
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
     for i in range(fall_and_support_table.size):
         e = rows.slice_element_rows(case_states, i)
@@ -242,8 +242,8 @@ def any_element_can_fall_without_base_motion(
 ) -> bool:
     """True if any standing element has enough energy to overturn while the base is at rest.
 
-    An element needs its overturning energy or, without a tipping angle, 1 % of the potential energy
-    that it loses down to its fall limit.
+    The energy needed is the overturning energy or, for an element without a tipping angle, 1 % of the potential energy
+    that it loses from its rest position down to the height at which it counts as fallen.
     """
     for i in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
@@ -305,7 +305,7 @@ def find_fallen_elements_and_store_side_and_time(
 def fall_side_by_rotation_or_displacement(element: ElementState, fall_limits_of_element: Any) -> float:
     """Return the side (±1 along x) of a fallen element: sign of its rotation if it tipped, else of its displacement.
 
-    An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.
+    The slip of an element that tips does not count, as for a single block.
     """
     way = (
         element.pose.angle

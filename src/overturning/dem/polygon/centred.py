@@ -89,10 +89,10 @@ def predict_planar_contact_point(
 ) -> PredictedPlanarContactForceAndState:
     """Predict contact and friction at a contact point of two elements, for the equations of a step.
 
-    In a step that does not resolve the contact vibration, the predicted forces would be too large, and the contact
-    state after the last step is used. A normal force on a sliding point must push it out; where friction would rotate
-    an element further in instead (Painlevé's paradox), the point sticks. `previous_signed_friction_coefficient` is
-    ±μ if the point slid in the last solution, else 0.
+    If the step is too long to resolve the contact vibration, the predicted forces would be too large to decide contact
+    and slip; those after the last step are used. The result tells whether a normal force would push a sliding point
+    out: where friction would instead rotate an element further in (Painlevé's paradox), the point must stick.
+    `previous_signed_friction_coefficient` is ±μ if the point slid in the last solution, else 0.
     """
     (fine, held), a, b = (
         step_resolves_vibration_and_pair_lands_flat,
@@ -150,7 +150,10 @@ def matrix_of_force_per_velocity(
     force_direction: PairRelativeVelocityOrDirectionWithLeverArms,
     velocity_direction: PairRelativeVelocityOrDirectionWithLeverArms,
 ) -> PairVelocityToForceMatrix:
-    """Return the matrix of a force along one direction: `force_per_velocity` (N s/m) × velocity along another."""
+    """Return the velocity-to-force matrix of a force along one direction caused by the velocity along another.
+
+    The force is `force_per_velocity` (N s/m) times the velocity.
+    """
     fx, fz, fa, fb = force_direction
     vx, vz, va, vb = velocity_direction
     x, z, a, b = force_per_velocity * vx, force_per_velocity * vz, force_per_velocity * va, force_per_velocity * vb
@@ -170,8 +173,8 @@ def planar_contact_matrix_forces_and_signed_friction(
 ) -> tuple[PairVelocityToForceMatrix, PlanarContactPointForce, float]:
     """Return a contact point's matrix of forces per velocity, its predicted forces, and ±μ if it slides (else 0).
 
-    A point sticks where sliding would turn an element into the other (Painlevé's paradox), unless the other contact
-    point of the pair already sticks.
+    A point sticks where sliding would rotate one element further into the other (Painlevé's paradox), unless the other
+    contact point of the two elements already sticks.
     """
     free = predicted_point.normal_force_pushes_sliding_point_out | (
         other_predicted_point.is_in_contact & (not other_predicted_point.slides)
@@ -240,7 +243,8 @@ def add_pair_contact_terms_to_equations(
 ) -> None:
     """Add the contact terms of two elements to the equations of a step, for all cases in parallel.
 
-    `equations.mark_nonzero_and_return_pair_submatrices` returns the last two arguments.
+    `equations.mark_nonzero_and_return_pair_submatrices` returns `pair_equation_submatrices` and
+    `unset_flags_of_submatrices_aa_ab_bb`.
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, first, second = (

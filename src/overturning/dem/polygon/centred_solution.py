@@ -80,9 +80,9 @@ def solved_planar_contact_point(
 ) -> SolvedPlanarContactPoint:
     """Return the contact state at a contact point of two elements from solved velocities; friction limits the force.
 
-    There is no tension except in a flat landing, and friction is at most μ times the normal force. The velocity
-    corrections change the poses by half a step times the correction. The spring of a slipping point is shortened to the
-    force that friction can hold. A point in the air is marked as sliding, which has no effect.
+    There is no tension except in a flat landing, and friction is at most μ times the normal force. A velocity
+    correction changes penetration and slip by half the step time times this correction. The spring of a slipping point
+    is shortened to the force that friction can hold. A point in the air is marked as sliding, which has no effect.
     """
     ((u, a, b), d), (fine, held) = predicted_motion_and_velocity_correction, step_resolves_vibration_and_pair_lands_flat
     opening, slipping = opening_and_slip_rates(contact_point, u)
@@ -141,7 +141,7 @@ def vertex_positions_from_contact_solution(
     contact_point: PlanarContactPoint,
     point_solution: SolvedPlanarContactPoint,
 ) -> tuple[VertexPositionAtFace, VertexPositionAtFace]:
-    """Return the positions of both vertices near a contact point, after the equations are solved."""
+    """Return positions of the vertices of a and b near a contact point, the contact vertex moved by the solution."""
     mine, depth = contact_point.vertex_is_of_a > 0.0, point_solution.result_at_step_end.penetration
     return (
         VertexPositionAtFace(
@@ -164,7 +164,7 @@ def vertex_positions_from_contact_solution(
 def add_solved_pair_forces_and_store_trial_history(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, scene_state_rows: Any
 ) -> None:
-    """Add two elements' solved contact forces to both; store their history, kept if accepted, and contact changes."""
+    """Add solved contact forces to two elements; store contact changes and the history for an accepted step."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, step, first, second = (
             rows.load_pair_state(pair_state_rows, j),
@@ -259,7 +259,8 @@ def add_solved_pair_forces_and_store_trial_history(
 def store_accepted_pair_history(pair_state_rows: Any, scene_state_rows: Any) -> None:
     """Replace the contact state of two elements by the new one, in each case whose step is accepted.
 
-    Where the next attempt is to assume the same sticking and sliding, the solved assumption is replaced by that one.
+    Where the next attempt must keep the assumption of sticking or sliding, the assumed ±μ (0: sticks) replaces the
+    solved one.
     """
     for j in range(rows.PARALLEL_CASE_COUNT):
         step, decision = (

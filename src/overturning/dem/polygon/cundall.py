@@ -66,7 +66,8 @@ def planar_contact_point_result_of_cundall_step(
 ) -> PlanarContactPointResult:
     """Return force, penetration and slip at a contact point of two elements from spring, dashpot and friction.
 
-    `overturning.dem.polygon.mechanics.friction_force_and_its_limit_and_slip_flag` describes the last argument.
+    `overturning.dem.polygon.mechanics.friction_force_and_its_limit_and_slip_flag` describes the argument
+    `lands_flat_slides_and_signed_friction`.
     """
     fade = contact_law.dashpot_coefficient * steps_per_second
     n = contact_law.normal_stiffness * contact_point.penetration + fade * (

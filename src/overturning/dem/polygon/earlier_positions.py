@@ -17,7 +17,7 @@ from overturning.dem.polygon.state import (
 def earlier_vertex_positions(
     pair: PairState, element_a: ElementState, element_b: ElementState, time_before_present: float
 ) -> VertexPositionsAtOtherFace:
-    """Return earlier positions of two elements' four nearest-face vertices, extrapolated at the present velocities."""
+    """Return earlier positions of the vertices of two elements' nearest faces, extrapolated at present velocities."""
     f = relative_face_position(
         pair.nearest_face_of_a,
         pair.nearest_face_of_b,
@@ -34,7 +34,7 @@ def earlier_vertex_positions(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def pose_extrapolated_back_in_time(element: ElementState, time_before_present: float) -> Pose:
-    """Return an element's earlier pose, extrapolated at its present velocity; the field `angle` is not changed."""
+    """Return an element's earlier pose, extrapolated at its present velocity; `angle` keeps its present value."""
     c, s = rotate_cosine_and_sine_by_small_angle(
         element.pose.cos, element.pose.sin, -time_before_present * element.velocity.angular
     )

@@ -15,7 +15,7 @@ from overturning.dem.polygon.state import CONTACT_CODE_OPEN, CONTACT_CODE_VERTEX
 def scene_energy(case_states: Any, lane: int, scene_arrays: Any) -> float:
     """Return the energy of a scene, J: kinetic and gravitational of free elements, plus that of contact springs.
 
-    In Cundall's scheme the former are those of half a step ago, as the velocities.
+    In Cundall's scheme, kinetic and gravitational energy are those half a step ago, at the time of the velocities.
     """
     total = 0.0
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
@@ -64,10 +64,10 @@ def element_kinetic_energy(element: ElementState) -> float:
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def contact_force_work_while_velocities_lag_poses(case_states: Any, lane: int, scene_arrays: Any) -> float:
-    """Return the work (J) of a scene's contact forces in the time by which velocities lag behind poses (half a step).
+    """Return the work (J) of a scene's contact forces from their whole step to the time of the velocities.
 
-    The work of a contact force is force times displacement: half of it in the half step before the whole step at which
-    the force acts, half in the half step after it. `pair_history_after_step` adds the second half only with the next
+    In Cundall's scheme this time is half a step later. A contact force does half of its work in the half step before
+    its whole step, half in the half step after it; `pair_history_after_step` adds the second half only with the next
     step.
     """
     work = 0.0

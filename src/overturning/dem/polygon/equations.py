@@ -33,7 +33,7 @@ from overturning.dem.polygon.submatrices import (
 
 
 class PairSubmatrices(NamedTuple):
-    """Four equation submatrices of elements a and b, each for the forces on one of them by the velocity of one."""
+    """Four equation submatrices of elements a and b: force on a or b (row) by the velocity of a or b (column)."""
 
     submatrix_in_row_of_a_and_column_of_a: Any
     submatrix_in_row_of_a_and_column_of_b: Any
@@ -249,9 +249,9 @@ def equation_submatrix_or_placeholder(
     column_element_index: int,
     unused_submatrix_index: int,
 ) -> Any:
-    """Return the equation submatrix of two elements (row, column), or an unused one if either moves with the base.
+    """Return the equation submatrix of two elements (row, column), or a spare one if either moves with the base.
 
-    An element that moves with the base has no equations.
+    An element that moves with the base has no equations; terms written to a spare submatrix are ignored.
     """
     return slice_submatrix_rows(
         equation_submatrices_of_all_cases,
@@ -270,7 +270,7 @@ def mark_nonzero_and_return_pair_submatrices(
     element_index_a: int,
     element_index_b: int,
 ) -> tuple[PairSubmatrices, Any]:
-    """Return the four equation submatrices of elements a and b, marked as nonzero, and flags of those unset before."""
+    """Return the submatrices of elements a and b, marked as nonzero, and whether aa, ab and bb were zero before."""
     used = nonzero_pattern.is_submatrix_nonzero
     fresh = (
         not used[element_index_a, element_index_a],

@@ -56,8 +56,8 @@ class PlanarContactPoint(NamedTuple):
 class ContactSegment(NamedTuple):
     """Segment along which the nearest faces of two elements overlap, with a contact point at each end.
 
-    `cosine_of_angle_between_outward_normals` and `sine_of_angle_between_outward_normals` are those of the rotation
-    between both faces, as in `RelativeFacePosition`.
+    `cosine_of_angle_between_outward_normals` and `sine_of_angle_between_outward_normals` are cosine and sine of the
+    rotation from the outward normal of one face to that of the other, as in `RelativeFacePosition`.
     """
 
     cosine_of_angle_between_outward_normals: float
@@ -153,7 +153,7 @@ def convert_components_to_other_face_axes(
 ) -> tuple[float, float]:
     """Convert components along the normal and tangent of one face to those along the normal and tangent of another.
 
-    `cosine_of_axes_rotation` and `sine_of_axes_rotation` are those of the rotation between both faces.
+    `cosine_of_axes_rotation` and `sine_of_axes_rotation` belong to the angle between the axes of the two faces.
     """
     n, t, c, s = normal_component, tangent_component, cosine_of_axes_rotation, sine_of_axes_rotation
     return n * c + t * s, t * c - n * s
@@ -196,7 +196,7 @@ def locate_vertex_of_b_at_face_of_a(
 ) -> VertexPositionAndLeverArms:
     """Return where a vertex of element b lies at a face of a: depth behind the face, place along it, slip, lever arms.
 
-    The place increases with the slip of a.
+    The place along the face increases while a slips over b in the positive direction.
     """
     own_n, own_t = convert_components_to_other_face_axes(
         vertex_position_along_own_normal,
@@ -309,10 +309,10 @@ def find_contact_segment(pair: PairState, pose_a: Pose, pose_b: Pose) -> Contact
 def find_contact_segment_open_if_out_of_reach(
     pair: PairState, pose_a: Pose, pose_b: Pose, elements_may_touch: bool
 ) -> ContactSegment:
-    """Return the overlap of two elements' nearest faces at given poses; with open contact points unless they may touch.
+    """Return the overlap of two elements' nearest faces; its contact points are open unless `elements_may_touch`.
 
-    Contact point 1 lies at a's first or b's second vertex, point 2 at a's second or b's first: at the inner of these
-    two vertices.
+    Contact point 1 lies at the first vertex of a's face or the second of b's face, point 2 at the second of a's face or
+    the first of b's face: each at the one of the two vertices that bounds the overlap.
     """
     f = relative_face_position(pair.nearest_face_of_a, pair.nearest_face_of_b, pose_a, pose_b)
     a1, a2, b1, b2 = locate_vertices_of_both_faces(

@@ -143,11 +143,11 @@ def contact_points_with_flat_landing_lever_arms(
     pair_motion_and_inertia: RelativeVelocityAndConstantsOfPair,
     lands_flat: bool,
 ) -> tuple[PlanarContactPoint, PlanarContactPoint]:
-    """Return both contact points of two elements; in a flat landing, with corrected lever arms of tangential forces.
+    """Return the contact points of two elements; in a flat landing, with corrected lever arms of tangential forces.
 
-    The resultant impulse of a base that slides is inclined by μ. If it passes through the base, the normal impulses
-    balance the moment of friction, and neither element rotates relative to the other. The tangential force then acts
-    where it causes no such rotation.
+    If both points slide in one direction, and a resultant normal impulse between them can balance the moment of
+    friction, neither element rotates relative to the other. The tangential forces then get lever arms with which they
+    cause no such rotation. Else the points are unchanged.
     """
     one, two, (u, a, b) = contact_segment.point_1, contact_segment.point_2, pair_motion_and_inertia
     slides_one, drift = slides_in_landing_and_signed_friction_coefficient(contact_law, one, u, a, b, lands_flat)
@@ -184,9 +184,10 @@ def results_with_slip_corrected_for_friction_work(
     points_with_landing_lever_arms: tuple[PlanarContactPoint, PlanarContactPoint],
     point_results: tuple[PlanarContactPointResult, PlanarContactPointResult],
 ) -> tuple[PlanarContactPointResult, PlanarContactPointResult]:
-    """Return both contact points' results of a flat landing, slips corrected for friction's changed lever arms.
+    """Return the results of two contact points with slips corrected for the lever arms of a flat landing.
 
-    With these slips, friction does its work at the lever arms of `contact_points_with_flat_landing_lever_arms`.
+    Friction force times corrected slip is the work of friction at the lever arms that
+    `contact_points_with_flat_landing_lever_arms` has changed.
     """
     (point_1, point_2), (r1, r2), apart = (
         points_with_landing_lever_arms,

@@ -72,7 +72,7 @@ class PredictedStretchAndAssumedFriction(NamedTuple):
 
 
 class PairRelativeVelocityOrDirectionWithLeverArms(NamedTuple):
-    """Velocity of element a relative to b, with both angular velocities; or a direction, with both lever arms."""
+    """Velocity of element a relative to b and angular velocities of a and b; or a direction and lever arms."""
 
     x: float
     """Relative velocity, m/s, or component of the direction."""
@@ -87,8 +87,8 @@ class PairRelativeVelocityOrDirectionWithLeverArms(NamedTuple):
 class PairVelocityToForceMatrix(NamedTuple):
     """Matrix from the velocities of elements a and b to the contact forces between them.
 
-    Units: N s/m, N s and N m s; a rotation is an angular velocity. The force is the one on a; the opposite force acts
-    on b. Velocities of b count with the opposite sign.
+    Force on a and its moments about a and b, per velocity of a relative to b, per angular velocity of a, and per
+    negated angular velocity of b: N s/m, N s and N m s. The opposite force acts on b.
     """
 
     force_on_a_x_per_relative_velocity_x: float
@@ -295,8 +295,9 @@ def friction_force_and_its_limit_and_slip_flag(
 ) -> tuple[float, float, bool]:
     """Return the limited friction force (N), its limit μ × normal force (N), and True if the contact slips.
 
-    `lands_flat_slides_and_signed_friction` holds whether the point is in contact in a flat landing, and both results
-    of `slides_in_landing_and_signed_friction_coefficient`: a point that has not touched yet has no friction.
+    `lands_flat_slides_and_signed_friction` holds three values: whether the point is in contact in a flat landing (a
+    point that has not touched yet has no friction), and the two results of
+    `slides_in_landing_and_signed_friction_coefficient`.
     """
     (held, drifts, drift), limit = (
         lands_flat_slides_and_signed_friction,
@@ -324,10 +325,10 @@ def contact_point_history_after_step(
     contact_law: ContactPointConstants,
     step_duration: float,
 ) -> PlanarContactPointStateAfterLastStep:
-    """Return the state of a contact point of two elements after a step, from its result and both earlier states.
+    """Return the state of a contact point after a step, from its result and the earlier states of both points.
 
-    The landing of a point that touches now ends together with that of the other point, if that one is already in
-    contact.
+    If the other contact point of the two elements is already in contact, the flat landing of a point that touches now
+    ends at the same time as that of the other point.
     """
     begun = (
         contact_law.prescribed_flat_landing_duration

@@ -39,7 +39,7 @@ mean of normal force × place (x, z)."""
 def record_base_and_element_motion_of_first_case(
     case_states: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, trajectory_row_out: Any
 ) -> None:
-    """Write time, base acceleration and each element's pose and velocity in the first simulated case into a row."""
+    """Fill a trajectory row of the first case: time, base acceleration, pose and velocity of each element."""
     case = rows.load_scene_state(case_states, 0)
     trajectory_row_out[TIME_COLUMN] = (
         case.current_sample + case.base_acceleration.ticks_since_sample_start / ticks_per_sample
@@ -68,9 +68,9 @@ def add_first_case_contact_forces_to_trajectory(
     trajectory_rows: Any,
     trajectory_row_index: int,
 ) -> None:
-    """Add the first simulated case's contact forces, times a share of the sample, to a row of the trajectory.
+    """Add the contact forces of the first case, times `time_weight_in_sample_mean`, to a row of the trajectory.
 
-    With the shares `time_weight_in_sample_mean` of all steps of a sample, the sum is the mean force.
+    The weights of all steps of a sample sum to 1, so that the row finally holds the mean forces of the sample.
     """
     for p in range(scene_arrays.pair_element_and_piece_indices.shape[0]):
         q, first, second = rows.slice_pair_and_element_rows(case_states, scene_arrays, p)

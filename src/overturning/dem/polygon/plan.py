@@ -97,7 +97,7 @@ class PolygonSimulationPlan(SimulationPlan):
     def outcome_arrays_by_variable_name(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]]
     ) -> dict[str, Any]:
-        """Return the outcome variables of cases by name; a case has failed if an element slid off the ground."""
+        """Return outcome variables of cases by name; a case becomes `UNSTABLE` if an element slid off the ground."""
         out, every, variant = (
             result_tables["results"],
             result_tables["each"],
@@ -135,9 +135,9 @@ class PolygonSimulationPlan(SimulationPlan):
         added_time_s: float,
         has_fallen_by_element: NDArray[np.bool_],  # noqa: ARG002
     ) -> FloatArray:
-        """Return a trajectory extended by `added_time_s` s after the end of the given one; the case is computed again.
+        """Return the trajectory of the case, computed again for `added_time_s` seconds longer than the given one.
 
-        The trajectory is returned unchanged if the longer computation takes other steps.
+        The given trajectory is returned if the longer computation does not reproduce its rows.
         """
         interval, table = self.motion.sampling_interval, self.case_table.copy()
         table["earliest_end_sample_if_decided"] = np.ceil((trajectory_rows[-1, TIME_COLUMN] + added_time_s) / interval)
@@ -253,10 +253,10 @@ def _samples_from_which_rocking_element_groups_stay_at_rest(
         [FloatArray], tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]
     ],
 ) -> FloatArray:
-    """Return the sample from which each group that can rock as one stays at rest, shape (cases, groups).
+    """Return the sample from which each group of elements that can rock as one body stays at rest.
 
-    `find_simulated_samples_by_onset_acceleration_g` is `simulated_sample_ranges_and_stays_at_rest` of the motion, a
-    function of the onset acceleration of each case, |a|/g.
+    The result has the shape (cases, groups). `find_simulated_samples_by_onset_acceleration_g` calls
+    `simulated_sample_ranges_and_stays_at_rest` for the motion, with the onset acceleration |a|/g of each case.
     """
     friction = np.asarray(cases.friction)
     # An element that starts to slide may slide off its support.

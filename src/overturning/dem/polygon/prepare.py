@@ -76,7 +76,7 @@ class SceneEquilibriumStiffnessAndRockingLimits:
 
     @property
     def tipping_angles(self) -> FloatArray:
-        """Tipping angle α of each element, rad, shape (elements,): the smaller of both sides; NaN if it cannot tip."""
+        """Smaller of each element's tipping angles α to −x and +x, rad, shape (elements,); NaN if it has none."""
         return np.where(
             np.isfinite(self.tipping_angles_by_element_and_side).all(axis=1),
             self.weaker_side_critical_angles_else_fall_angles,
@@ -94,7 +94,7 @@ class SceneEquilibriumStiffnessAndRockingLimits:
 
     @property
     def tipping_angles_or_one_degree_in_rad(self) -> FloatArray:
-        """Unit of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° if it has none."""
+        """Divisor of each element's peak rotation, rad, shape (elements,): its tipping angle α, or 1° without one."""
         return np.where(
             np.isnan(self.tipping_angles), np.radians(1.0), self.weaker_side_critical_angles_else_fall_angles
         )
@@ -149,7 +149,7 @@ class SceneEquilibriumStiffnessAndRockingLimits:
         return np.array([far[on] - abs(x - places[on]) for on, (x, _) in zip(supports, centres, strict=True)])
 
     def support_and_held_stack_bottom_indices(self, element_index: int) -> tuple[int, int]:
-        """Return the indices of an element's support and of the held element at the bottom of its stack, else −1."""
+        """Return the indices of an element's support and of its stack's lowest element (−1 if that is not held)."""
         supports, last = self.support_element_indices, element_index
         while not self.elements[last].has_prescribed_motion and supports[last] != last:
             last = int(supports[last])
@@ -164,7 +164,7 @@ class SceneEquilibriumStiffnessAndRockingLimits:
     def sliding_onset_acceleration_g(self, friction_if_law_has_none: FloatArray) -> FloatArray:
         """Return the base acceleration |a|/g at which the first element starts to slide, for each friction coefficient.
 
-        0 if an element slides at rest. It is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope t.
+        The result is µ on a level face, (µ − t)/(1 + µ t) on a face with slope t, 0 if an element slides at rest.
         """
         least = np.full(friction_if_law_has_none.shape, np.inf)
         for end in self.contact_points_loaded_at_rest:
@@ -178,9 +178,9 @@ class SceneEquilibriumStiffnessAndRockingLimits:
 def prepare_scene(
     scene: Scene, reference_element_height: float | None = None, reference_element_b_over_h: float | None = None
 ) -> SceneEquilibriumStiffnessAndRockingLimits:
-    """Compute equilibrium, contact constants and onset of motion of a scene with the given reference element.
+    """Compute equilibrium, contact constants and onset of motion of a scene of one size.
 
-    Its height (m) and B/H are those of the scene file where they are None.
+    Height (m) and B/H of the reference element set the size; where they are None, those of the scene file apply.
     """
     placed = scale_and_place_elements(scene, reference_element_height, reference_element_b_over_h)
     pairs = convex_piece_pairs_with_movable_element(placed)
@@ -263,7 +263,7 @@ MIN_TIPPING_ANGLE_OF_STANDING_ELEMENT_RAD: Final = 1e-6
 def _loaded_contact_points_by_element_and_carrier(
     elements: Elements, pairs: list[ConvexPiecePairIndices], loaded_points: list[LoadedContactPoint]
 ) -> LoadedContactPointsByElementAndCarrier:
-    """Return the loaded contact points of each free element, by the element that carries it there at rest."""
+    """Return the contact points loaded at rest, by the free element that stands on them and the one that carries it."""
     result: LoadedContactPointsByElementAndCarrier = {}
     for index, _, end, _, _ in loaded_points:
         i, j = pairs[index][:2]
@@ -303,9 +303,9 @@ def _tipping_angles_energies_and_supports(
     supports: LoadedContactPointsByElementAndCarrier,
     parallel_contact_normals_element_mask: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Return tipping angles, critical angles, overturning energies, supports and base centres.
+    """Return each element's tipping angles, critical angle, overturning energy, support index and base midpoint.
 
-    See `SceneEquilibriumStiffnessAndRockingLimits`.
+    The fields of `SceneEquilibriumStiffnessAndRockingLimits` give units and shapes.
     """
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)

@@ -48,7 +48,7 @@ def element_has_tipped_or_dropped(element: ElementState, fall_limits_of_element:
 
 @njit(**INLINE_OPTIONS)
 def count_closed_contact_points(pair: PairState) -> int:
-    """Count the contact points of two elements at which these touch, 0 to 2."""
+    """Count the closed contact points of two elements, 0 to 2."""
     return (1 if pair.history.point_1.contact_vertex_status_code != CONTACT_CODE_OPEN else 0) + (
         1 if pair.history.point_2.contact_vertex_status_code != CONTACT_CODE_OPEN else 0
     )
@@ -198,7 +198,7 @@ def all_free_elements_tilt_far_below_critical_angle(case_states: Any, lane: int,
 def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_arrays: Any) -> bool:
     """True if each free element is near its initial place, still, and touches its supports on both points, not sliding.
 
-    Elements that are not on each other at rest must not touch.
+    Two elements of which neither carries the other at rest must not touch.
     """
     case, height = rows.load_scene_state(case_states, lane), 0.0
     elements, step = (

@@ -16,20 +16,20 @@ LoadedContactPointsByElementAndCarrier = dict[int, dict[int, list[ContactPointGe
 def rocking_onset_acceleration_g_of_scene_and_groups(
     elements: Elements, supports: LoadedContactPointsByElementAndCarrier
 ) -> tuple[float, NDArray[np.int64], FloatArray]:
-    """Return the base acceleration |a|/g at which a scene starts to rock, its groups rocking as one, and theirs.
+    """Return the base accelerations |a|/g at which a scene and each of its groups of elements start to rock.
 
-    A group is an element with elements that stand on it, directly or not. It lifts off when the resultant of weight and
-    inertia force leaves its base: |a|/g > arm / height of the common centre.
+    A group, which rocks as one body, is an element with elements that stand on it, directly or not. It lifts off when
+    the resultant of weight and inertia force leaves its base: |a|/g > arm / height of the common centre.
 
     Returns
     -------
     threshold : float
-        Smallest |a|/g of the elements with everything that they carry.
+        Smallest |a|/g over all elements, each with everything that it carries.
     groups : ndarray of int64, shape (groups, 2)
-        For each group, its lowest element and its element that the scene lists last; it exists only while both stand.
+        Indices of each group's lowest element and of its last in the scene's list; it exists only while both stand.
     least : ndarray, shape (groups,)
-        Smallest |a|/g of all groups with these two elements. All results are 0 if an element bridges or leans: there is
-        no closed form then.
+        Smallest |a|/g of all groups with these two elements. `threshold` and `least` are 0 if an element does not stand
+        on exactly one other: there is no closed form then.
     """
     free = [k for k, item in enumerate(elements) if not item.has_prescribed_motion]
     if any(len(supports.get(k, {})) != 1 for k in free):
@@ -88,12 +88,12 @@ def _indices_of_elements_overturning_together(
 ) -> list[int]:
     """Return the indices of an element and of the elements on it that overturn with it at a base acceleration.
 
-    Elements after `max_element_index_in_group` do not count. `base_acceleration_over_g` is |a|/g; −infinity includes
-    all elements on it.
+    Elements with an index above `max_element_index_in_group` are left out. `base_acceleration_over_g` is |a|/g;
+    −infinity includes all other elements that stand on the lowest one.
     """
 
     def restoring_moment_over_g_and_overturned_elements(element_index: int) -> tuple[float, list[int]]:
-        """Return the restoring moment over g of an element and those on it that overturn too, and their indices."""
+        """Return restoring moment over g (kg m) and indices of an element and the elements on it that overturn too."""
         item, whole = elements[element_index], base_acceleration_over_g == -np.inf
         arm, height = (
             x_sign_of_rocking_direction * (pivot_x_and_z[0] - item.centre_of_mass_x),

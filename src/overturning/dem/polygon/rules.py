@@ -215,7 +215,10 @@ def attempt_steps_until_next_check(
     first_case_trajectory_rows: Any,
     recorded_trajectory_row_count: int,
 ) -> tuple[Any, int]:
-    """Attempt a number of steps in all cases in parallel; return the first case's trajectory and its number of rows."""
+    """Attempt the steps up to the next end check in all cases; return the first case's trajectory and row count.
+
+    The row count is −1 if the trajectory would exceed its largest size.
+    """
     advance_scene_one_step, settings, lag = (
         step_function_of_scheme(kernel_input.scheme_constants),
         kernel_input.settings,
@@ -282,7 +285,7 @@ def attempt_steps_until_next_check(
 def mark_possibly_ended_cases(
     kernel_input: Any, workspace: Any, computed_lane_count: int, end_test_is_due_by_lane_out: Any
 ) -> int:
-    """Set `end_test_is_due_by_lane_out` to 1 for each case to be tested now for its end, else 0; count them."""
+    """Set `end_test_is_due_by_lane_out` to 1 for each case whose end test is due, else 0; return their number."""
     stride, count = max(int(CASE_END_TEST_INTERVAL_S / kernel_input.settings.sampling_interval), 1), 0
     for j in range(computed_lane_count):
         part = workspace.state[rows.CURRENT_SAMPLE_ROW_OFFSET + j] // stride
@@ -332,7 +335,7 @@ def skip_samples_too_weak_to_move_resting_cases(
 
 
 def current_case_status(kernel_input: Any, workspace: Any, lane: int, case_index: int) -> int:
-    """Return the `CaseStatus` of case number `case_index`, stored in column `lane`; `CASE_NOT_ENDED` before."""
+    """Return the `CaseStatus` of case number `case_index` in column `lane`, or `CASE_NOT_ENDED` if the case goes on."""
     status = case_status(
         workspace.state,
         lane,

@@ -51,9 +51,9 @@ def separation_of_b_from_face_of_a(
 def most_opposite_face_of_b(
     pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, face_index: int
 ) -> tuple[int, float, float]:
-    """Return b's face most nearly opposite to a face of a, the product of normals, and its margin over the next.
+    """Return index of b's face most nearly opposite to a face of a, scalar product of their normals, and margin.
 
-    The margin is the difference of the product to that of the next best face.
+    The margin is the scalar product for the next best face of b minus that for the returned face.
     """
     c, s = pose_a.cos * pose_b.cos + pose_a.sin * pose_b.sin, pose_a.sin * pose_b.cos - pose_a.cos * pose_b.sin
     nx, nz = (
@@ -106,7 +106,7 @@ def opposite_face_pair(
 def find_nearest_faces(
     pose_a: Pose, pose_b: Pose, face_table_of_a: Any, face_table_of_b: Any, previous_faces: NearestFacesAndMotionLimits
 ) -> MostNearlyOppositeFaces:
-    """Return the faces of a and b that face each other: those with the largest separation, then most opposite ones."""
+    """Return the nearest faces of elements a and b: the pair with the largest gap, at equal gaps the most opposite."""
     best = MostNearlyOppositeFaces(
         -np.inf, int(previous_faces.face_index_of_a), int(previous_faces.face_index_of_b), np.inf, 0.0
     )
@@ -142,7 +142,7 @@ def largest_motion_keeping_nearest_faces(
 ) -> float:
     """Return the relative motion (m) of elements a and b up to which their nearest faces cannot change.
 
-    A gap between the faces changes by at most the motion, a product of normals by at most the rotation.
+    The gap at a face changes by at most the motion, the scalar product of two normals by at most the rotation (rad).
     """
     limit = (
         0.4 * lever_arm_converting_rotation_to_motion * nearest_face_pair.scalar_product_difference_to_next_best_face
@@ -288,11 +288,10 @@ def ranges_where_vertices_touch_opposite_faces(
 def sum_pair_motion_and_count_near_and_search_cases(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
 ) -> tuple[int, int]:
-    """Add the last step's motion of two elements to their sum; count cases near contact and due for a face search.
+    """Sum two elements' motion since their face search; return in how many cases they may touch or change faces.
 
-    Count the cases in which the elements may touch, and those in which their nearest faces may change.
-
-    The motion of the predicted step counts twice, because the contacts may change it.
+    The two numbers are those of cases in which the elements may touch in the step, and in which their nearest faces
+    may change. The motion predicted for the step counts twice, because the contacts may change it.
     """
     near, due = 0, 0
     for j in range(rows.PARALLEL_CASE_COUNT):
@@ -334,7 +333,7 @@ def update_nearest_faces_and_check_possible_contact(
 ) -> bool:
     """Update two elements' nearest faces where they may have changed; True if the elements could touch in any case.
 
-    `scene_piece_index_of_a` and `scene_piece_index_of_b` are the indices of their convex pieces among all pieces.
+    `scene_piece_index_of_a` and `…_of_b` are the indices of their convex pieces among all pieces of the scene.
     """
     near, due = sum_pair_motion_and_count_near_and_search_cases(
         pair_state_rows, element_a_state_rows, element_b_state_rows

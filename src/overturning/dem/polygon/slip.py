@@ -27,7 +27,7 @@ def element_point_in_scene_axes(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def shift_rest_position_by_motion_of_held_support(element_state_rows: Any, support_state_rows: Any) -> None:
-    """Shift an element's rest position as its support moved relative to the base while it was held fixed in space."""
+    """Shift an element's rest position by the motion, relative to the base, of its support that is held in space."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pose, at, home = (
             rows.load_pose(support_state_rows, j),
@@ -97,7 +97,7 @@ def store_support_time_of_upper_element_if_touching(
     samples_per_tick: float,
     sampling_interval: float,
 ) -> None:
-    """Store, if two stacked elements touch, the present time as the upper one's last time on its support."""
+    """Store the present time as the upper element's last time on its support, if two stacked elements touch."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         pair, case = rows.load_pair_state(pair_state_rows, j), rows.load_scene_state(scene_state_rows, j)
         touches = count_closed_contact_points(pair) > 0
@@ -120,7 +120,7 @@ def store_support_time_of_upper_element_if_touching(
 def update_rest_poses_slips_and_sample_clock(
     case_states: Any, scene_arrays: Any, ticks_per_sample: float, sampling_interval: float
 ) -> None:
-    """Move rest poses with held supports, store slips and last times, and start the next sample where one has ended."""
+    """Update rest positions, slips, last times upright and on support; start the next sample where one has ended."""
     limits = scene_arrays.fall_and_support_table[0]
     for i in range(limits.size):
         held = int(limits[i].index_of_held_element_at_stack_bottom)

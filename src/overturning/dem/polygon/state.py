@@ -8,7 +8,7 @@ from overturning.dem.kernel.ground import LinearBaseAcceleration
 
 
 class SceneBaseAccelerationInSample(NamedTuple):
-    """Base acceleration as linear functions of time in the present sample, and the ticks since the sample's start."""
+    """Base acceleration in the present sample, linear in time, and ticks (time units) since the sample's start."""
 
     horizontal: LinearBaseAcceleration
     """Acceleration of the base towards the azimuth as a linear function of time, m/s²."""
@@ -31,7 +31,7 @@ class StepContactChangesAsFloats(NamedTuple):
 
 
 class StepDecisionAndNextAttempt(NamedTuple):
-    """Decision on an attempted step: accepted or rejected, and the contact assumptions of the next attempt."""
+    """Decision on an attempted step (accepted or rejected), and slip assumption and length of the next attempt."""
 
     positive_if_rejected: float
     """Above 0 if the step is rejected."""
@@ -42,7 +42,7 @@ class StepDecisionAndNextAttempt(NamedTuple):
 
 
 class SceneStateAndConstants(NamedTuple):
-    """State and constants of a whole scene in one case; `ElementState` and `PairState` are those of its parts."""
+    """State and constants of a scene in one case; `ElementState` and `PairState` hold those of elements and pairs."""
 
     base_acceleration: SceneBaseAccelerationInSample
     tick_duration: float
@@ -139,7 +139,7 @@ class ElementStepMotionWorkAndPeaks(NamedTuple):
 
 
 class ElementMotionSinceFirstPairSuspended(NamedTuple):
-    """Summed displacements and rotations of an element since the first pair was left out of contact tests."""
+    """Sums of an element's displacements and rotations since the first pause of any contact tests."""
 
     abs_dx_plus_abs_dz_sum: float
     """Sum of |Δx| + |Δz| over the steps, m."""
@@ -198,7 +198,7 @@ class PredictedElement(NamedTuple):
 
 
 class ElementState(NamedTuple):
-    """State of an element: pose and force at the end of a step, velocity `velocity_lag_behind_pose` seconds earlier."""
+    """State of an element: pose and force at the step end, velocity at `velocity_lag_behind_pose` (s) before it."""
 
     pose: Pose
     velocity: PlanarMotionOrForce
@@ -245,7 +245,7 @@ class ContactPointConstants(NamedTuple):
 
 
 class VertexContactLimitsAlongOppositeFace(NamedTuple):
-    """Limits (m) along the other face within which a face's vertex can be in contact; ±infinity if it never can.
+    """Limits (m) along the opposite face between which a face's vertex can touch it; ±infinity if it never can.
 
     Vertices on the cut between two convex pieces of an element are no contact points.
     """

@@ -92,10 +92,10 @@ def loaded_points_with_small_inclinations_ignored(
     point_derivatives: list[ContactPointDisplacementDerivatives],
     loaded_points: list[LoadedContactPoint],
 ) -> list[LoadedContactPoint]:
-    """Return the loaded contact points on which elements stand upright; inclinations below a limit are ignored.
+    """Return the contact points loaded at rest; faces inclined by less than a limit count as flush.
 
-    Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
-    element that leans by more is left out if it prevents the equilibrium of the others.
+    Otherwise a lean of 1e-6 rad would leave the whole scene without static equilibrium, and without tipping angles. An
+    element that leans by more is held fixed if the other elements have no equilibrium without this.
     """
     flush = contact_points_at_rest_with_derivatives(elements, pairs, MAX_LEAN_COUNTED_AS_FLUSH_RAD)
     if len(flush) == len(point_derivatives) and (loaded_points or not point_derivatives):
@@ -135,7 +135,7 @@ def loaded_points_with_small_inclinations_ignored(
 def _contact_point_displacement_derivatives(
     elements: list[PlacedElement], pair: ConvexPiecePairIndices, touching_point: ContactPointGeometry
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of a contact point's approach and slip by all displacements, each of shape (3 n,)."""
+    """Return derivatives of a contact point's approach and slip by the n free elements' displacements, (3 n,) each."""
     number = _displacement_slices_of_free_elements(elements)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.first_element_index, 1.0), (pair.second_element_index, -1.0)):
@@ -160,7 +160,7 @@ def _contact_stiffness_matrix(
 ) -> FloatArray:
     """Return the stiffness matrix of all contact springs, shape (`displacement_count`, `displacement_count`).
 
-    With dashpot constants instead of stiffnesses, it is the damping matrix.
+    If the arguments are dashpot constants instead of stiffnesses, the result is the damping matrix.
     """
     matrix = np.zeros((displacement_count, displacement_count))
     for touch, approach, slip in point_derivatives:
@@ -220,9 +220,9 @@ def compute_pair_contact_laws(
 ) -> ContactConstantsByPair:
     """Return springs, dashpots and friction of all contacts; stiffness "auto" follows from the load at rest.
 
-    A pair that carries the weight W over a common stretch of width B penetrates by δ = W/(2 K_n), which must be the
-    `static_penetration` share of B. A pair that does not touch at rest gets the spring of its lighter free element
-    standing on its smaller side.
+    A pair that carries the weight W over a common stretch of width B penetrates by δ = W/(2 K_n); δ/B is the
+    `static_penetration` of its contact law. A pair that does not touch at rest gets the spring that its lighter free
+    element would have while standing on its smaller side.
     """
     ones = np.ones(len(pairs))
     equilibrium = static_equilibrium(scene, elements, point_derivatives, ones, ones)
@@ -278,8 +278,9 @@ def largest_spring_and_dashpot_eigenvalues(
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
 
-    Each is the maximum over the scene at rest and all pairs in contact at a single, the farthest, vertex:
-    K (1/m + r²/I), summed over both elements; for a rectangle on a fixed element this is 4 K/m.
+    Each is the larger of two values: the eigenvalue of the scene at rest, and the largest, of all pairs touching at one
+    vertex, of K (1/m + r²/I) summed over both elements; r is the distance of an element's farthest vertex from its
+    centre. For a rectangle on a fixed element the second value is 4 K/m.
     """
     root, values = _inverse_root_masses_and_inertias(elements), []
     for normal, tangential in (
@@ -312,7 +313,7 @@ def lowest_omega_squared_on_springs(
 
 
 def _inverse_root_masses_and_inertias(elements: list[PlacedElement]) -> FloatArray:
-    """Return 1/√m, 1/√m and 1/√I (kg, kg m²) of each free element in one array, shape (3 · free elements,)."""
+    """Return 1/√m, 1/√m, 1/√I of each free element (m in kg, I in kg m²), shape (3 · free elements,)."""
     free = [item for item in elements if not item.has_prescribed_motion]
     return np.sqrt(
         np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia_about_centre_of_mass) for item in free])

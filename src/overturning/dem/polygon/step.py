@@ -63,8 +63,8 @@ def base_acceleration_acting_on_element_at_step_end(
 ) -> tuple[float, float]:
     """Return the base acceleration (horizontal, vertical, m/s²) that acts on an element at the end of a step.
 
-    Both are 0 for an element that moves with the base. Of `upward_base_acceleration_or_none` only matters whether it is
-    None: the base then moves only horizontally.
+    Both components are 0 for an element that moves with the base. The base moves only horizontally if
+    `upward_base_acceleration_or_none` is None; its values are not used.
     """
     tick = (
         scene_state.base_acceleration.ticks_since_sample_start
@@ -237,7 +237,7 @@ def advance_scene_one_step(
     scene_arrays: Any,
     ticks_per_sample: float,
 ) -> None:
-    """Advance a scene by a step of the centred scheme, for all cases in parallel; vertical base motion may be None."""
+    """Attempt one step of the centred scheme in all cases of a scene; None means no vertical base motion."""
     reset_step_contact_changes(case_states)
     size, near = moves_relative_to_base_by_element.size, pair_contact_test_schedule.may_touch_by_pair
     clear_nonzero_pattern(nonzero_pattern)

@@ -50,7 +50,7 @@ slice_submatrix_rows: Final = create_window_slicer(VALUE_COUNT_PER_SUBMATRIX_IN_
 def scale_by_half_step_over_mass_and_inertia(
     force_per_velocity_submatrix: EquationSubmatrix, element_constants: ElementConstants, signed_half_step_time: float
 ) -> EquationSubmatrix:
-    """Return a submatrix of forces by velocities, times ± half the step, over the mass or the moment of inertia."""
+    """Return a force-per-velocity submatrix × ± half the step, its rows divided by mass or moment of inertia."""
     m, i = (
         signed_half_step_time * element_constants.inverse_mass,
         signed_half_step_time * element_constants.inverse_inertia,
@@ -98,7 +98,7 @@ def subtract_terms_from_submatrix(
     diagonal_value_if_unset: float,
     subtracted_terms: EquationSubmatrix,
 ) -> None:
-    """Subtract terms from a submatrix in column `lane`; if unset, that is `diagonal_value_if_unset` × unit matrix."""
+    """Subtract terms from a submatrix in column `lane`; an unset one is `diagonal_value_if_unset` × unit matrix."""
     one = diagonal_value_if_unset
     xx, xz, xw, zx, zz, zw, wx, wz, ww = load(submatrix_of_all_cases, lane)
     store(submatrix_of_all_cases, lane, subtract_submatrix_elementwise(EquationSubmatrix(
@@ -130,7 +130,7 @@ def right_multiply_submatrix_by_pivot_inverse(submatrix_of_all_cases: Any, pivot
 def subtract_submatrix_product(
     minuend_of_all_cases: Any, left_factor_of_all_cases: Any, right_factor_of_all_cases: Any, minuend_is_unset: bool
 ) -> None:
-    """Subtract the product of two submatrices from a third, for all cases in parallel; if unset, it counts as zero."""
+    """Subtract the product of two submatrices from a third (zero if `minuend_is_unset`), for all cases in parallel."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         subtract_terms_from_submatrix(
             minuend_of_all_cases,

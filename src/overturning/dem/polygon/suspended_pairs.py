@@ -66,10 +66,7 @@ def create_contact_test_schedule_of_all_pairs(pair_count: int) -> Any:
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def update_largest_motions_with_element(element_state_rows: Any, largest_motions_over_elements_by_case: Any) -> None:
-    """Raise the largest element motions of each case to the motion of an element if that is larger.
-
-    The maxima are `largest_motions_over_elements_by_case`.
-    """
+    """Include an element's motion in each case's maxima over elements, `largest_motions_over_elements_by_case`."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element_state(element_state_rows, j)
         largest_motions_over_elements_by_case[j] = updated_maximum(
@@ -92,7 +89,7 @@ def update_largest_motions_with_element(element_state_rows: Any, largest_motions
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
-    """Add an element's motion in the last step to its sum since the first pair was left out of contact tests."""
+    """Add an element's motion in the last step to its sum of motions since the first pause of any contact tests."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         item = rows.load_element_state(element_state_rows, j)
         rows.store_motion_since_first_pair_suspended(
@@ -111,7 +108,7 @@ def add_last_step_to_summed_motion(element_state_rows: Any) -> None:
 def pair_motion_since_contact_tests_paused(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, lane: int
 ) -> float:
-    """Return the sum (m) of |Δx| + |Δz| + lever arm × |rotation| of two elements since contact tests were paused."""
+    """Return two elements' Σ (|Δx| + |Δz| + lever arm × |rotation|), m, since the first pause of contact tests."""
     lever = rows.load_nearest_faces_and_motion_limits(pair_state_rows, lane).lever_arm_converting_rotation_to_motion
     a, b = (
         rows.load_element_state(element_a_state_rows, lane).motion_since_first_contact_test_pause,
@@ -124,7 +121,7 @@ def pair_motion_since_contact_tests_paused(
 def begin_pause_of_pair_contact_tests(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any
 ) -> None:
-    """Stop contact tests of two distant elements; store their relative motion minus both elements' summed motions."""
+    """Pause contact tests of two elements: subtract their motion sums from the pair's `motion_since_face_search`."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         motion = pair_motion_since_contact_tests_paused(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
         pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW_OFFSET + j] = (
@@ -134,7 +131,7 @@ def begin_pause_of_pair_contact_tests(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def end_pause_of_pair_contact_tests(pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any) -> None:
-    """Resume contact tests of two elements; add both elements' summed motions to their stored relative motion."""
+    """Resume contact tests of two elements: add their motion sums to the pair's `motion_since_face_search`."""
     for j in range(rows.PARALLEL_CASE_COUNT):
         motion = pair_motion_since_contact_tests_paused(pair_state_rows, element_a_state_rows, element_b_state_rows, j)
         pair_state_rows[rows.MOTION_SINCE_FACE_SEARCH_ROW_OFFSET + j] = (
@@ -144,9 +141,9 @@ def end_pause_of_pair_contact_tests(pair_state_rows: Any, element_a_state_rows: 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def min_motion_to_contact_and_max_lever_arm(pair_state_rows: Any) -> tuple[float, float]:
-    """Return the motion (m), least of all cases, after which two elements could touch, and lever arm (m); 0, 0 if near.
+    """Return the least motion (m) after which two elements could touch in any case, and their lever arm (m).
 
-    The lever arm, the largest of all cases, converts rotation to motion.
+    The lever arm, the largest of all cases, converts rotation to motion. Both are 0 if the elements are near.
     """
     slack, lever = np.inf, 0.0
     for j in range(rows.PARALLEL_CASE_COUNT):
@@ -171,9 +168,9 @@ def resume_contact_tests_after_motion(
     pair_contact_test_schedule: PairContactTestSchedule,
     largest_motion_sum_of_any_two_elements: float,
 ) -> None:
-    """Test again for contact those distant element pairs that could touch after a sum of motions (m).
+    """Test again for contact those distant element pairs that could touch after a given sum of motions.
 
-    It is the largest sum of the motions of any two elements since the first pair was left out; infinity resumes all
+    `largest_motion_sum_of_any_two_elements` (m) counts from the first pause of any contact tests; infinity resumes all
     tests.
     """
     count, following = 0, np.inf

@@ -121,7 +121,7 @@ def store_stone_and_add_work_if_step_accepted(
 ) -> None:
     """Store a stone's new state, and add the base motion's work on it, in stacks whose step is accepted.
 
-    With the lowest stone the losses of the step are added too.
+    With the lowest stone (`none_unless_lowest_stone` is not None) the step's energy losses of all contacts are added.
     """
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         half = load_clock_within_sample(case_rows, j).half_step_length_s
@@ -192,7 +192,10 @@ def store_stone_and_add_work_if_step_accepted(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def store_joint_states_after_accepted_steps(case_rows: Any, joint_rows: Any, lane_count: int) -> None:
-    """Store two stones' new contact state in stacks whose step is accepted; in others at most whether they slid."""
+    """Store two stones' new contact state in stacks whose step is accepted.
+
+    After a rejected step, store only whether the stones slid, unless the next attempt keeps the slip assumption.
+    """
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         rejected, slid = load_step_rejection_flags(case_rows, j), joint_rows[SLID_AT_STEP_END_ROW_OFFSET + j]
         store_joint_state_at_step_start_unless_rejected(

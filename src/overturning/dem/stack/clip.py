@@ -44,7 +44,7 @@ def clip_side_by_half_plane(
 ) -> SidePartInContactPatch:
     """Clip a part of a face's side by a half plane, given how far the ends of the whole side lie inside.
 
-    Only the ratio of the two depths counts, which are negative outside the half plane.
+    The depths of both ends are negative outside the half plane; their unit does not matter.
     """
     crosses = (depth_inside_at_begin < 0.0) != (depth_inside_at_end < 0.0)
     share = depth_inside_at_begin / (depth_inside_at_begin - depth_inside_at_end if crosses else 1.0)
@@ -154,7 +154,7 @@ def contact_normal_slope_at_crossing_sides(
 ) -> float:
     """Return the slope (≥ 0) of the contact normal where side a–b of the upper base crosses a lower face's side.
 
-    The normal is perpendicular to both sides; the slope is that across the side of the lower face.
+    The normal is perpendicular to both sides; its slope is measured across the side of the lower face.
     """
     across = lower_side_start_corner.next_side_outward_normal_x * (
         b.x_in_lower_face_frame - a.x_in_lower_face_frame
@@ -167,7 +167,7 @@ def contact_normal_slope_at_crossing_sides(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_base_overhang_before_clipping(lower_side_rows: Any, lane_count: int) -> None:
-    """Clear overhang and slopes of the contact normals of a side of the lower face, for all stacks in parallel."""
+    """Reset base overhang and contact normal slopes at a side of the lower face, for all stacks in parallel."""
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         store_base_overhang_and_normal_slopes(
             lower_side_rows, j, BaseOverhangAndContactNormalSlopesAtSide(-1e300, 0.0, 0.0)

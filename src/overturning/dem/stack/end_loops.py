@@ -267,9 +267,9 @@ def compute_joint_forces_and_add_to_stones(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def mark_joints_bearing_on_non_corner_point(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
-    """Mark contacts of two stones that use a given point, no corner of the upper base: it has a share of stiffness.
+    """Mark contacts of two stones where a given point, no corner of the upper base, has a share of the stiffness.
 
-    Such a base extends beyond the rim of the face below.
+    The upper base then extends beyond the rim of the face below.
     """
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         joint_rows[USES_NON_CORNER_AT_STEP_END_ROW_OFFSET + j] = select(

@@ -172,7 +172,7 @@ def stop_fallen_and_upper_stones_true_if_none_left(
 ) -> bool:
     """Stop the simulation of the lowest fallen stone and of all stones above it; True if no stone remains.
 
-    The energy account continues with the stones that remain.
+    The energy account counts the energy of the stopped stones as removed.
     """
     fallen = lowest_newly_fallen_stone_index(stack_states, lane, stone_count, max_corner_count_per_face)
     if fallen == stone_count:
@@ -309,7 +309,7 @@ def write_stack_results(
     result_row: Any,
     stone_result_rows: Any,
 ) -> None:
-    """Write the results of the case in column `lane` into `result_row`, and those of its stones into their rows."""
+    """Write the results of the case in column `lane` to `result_row`, those of its stones to `stone_result_rows`."""
     account, course = load_energy_account(stack_states, lane), load_case_progress(stack_states, lane)
     energy = energy_of_unfallen_stones_and_contact_springs(
         stack_states, lane, stone_count, max_corner_count_per_face, zero_energy_height_by_stone

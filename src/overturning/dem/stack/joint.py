@@ -61,9 +61,9 @@ def slide_direction_and_slide_flag_in_flat_landing(
 ) -> tuple[TangentialVectorWithScaledTwist, bool]:
     """Return the direction in which the upper stone slides in a flat landing, and True if it slides.
 
-    Only the part of the rotation about the normal is included; see
+    Of the rotation only the part about the contact normal counts; see
     `overturning.dem.kernel.mechanics.base_slides_in_flat_landing`. `pressure_centre_xy_and_mean_force_distance` holds
-    the centre of pressure and the mean distance of the forces from it, m.
+    x and y of the centre of pressure, and the mean distance of the normal forces from this centre, m.
     """
     cx, cy, arm = pressure_centre_xy_and_mean_force_distance
     slip = TangentialVectorWithScaledTwist(
@@ -163,10 +163,10 @@ def predicted_joint_force_moment_and_derivatives(
     half_step_length_s: float,
     normal_force_for_friction_across_sliding: float,
 ) -> PredictedJointForceAndDerivatives:
-    """Return predicted force and moment on the upper stone about the contact frame's origin, and their derivatives.
+    """Return predicted force and moment (about the contact frame's origin) on the upper stone, and derivatives.
 
-    `normal_force_for_friction_across_sliding` is the normal force that limits friction across the direction of sliding,
-    N.
+    `PredictedJointForceAndDerivatives` describes the derivatives. Friction across the direction of sliding is limited
+    by μ × `normal_force_for_friction_across_sliding`, N.
     """
     joint, sums, friction = joint_constants, normal_force_sums, assumed_friction
     in_contact, slides = friction.is_assumed_loaded > 0.0, friction.is_assumed_to_slide > 0.0
@@ -245,7 +245,7 @@ def predicted_joint_force_moment_and_derivatives(
 
 
 class AssumedAndActualJointSlidingFlags(NamedTuple):
-    """Flags of the friction between two stones in a step: assumed and actual sliding, and whether they count."""
+    """Flags to compare assumed and actual sliding of two stones in a step, and conditions under which this counts."""
 
     has_friction_limit_above_zero: bool
     carries_force: bool
@@ -262,8 +262,7 @@ def differences_of_friction_from_assumption(
 ) -> LargestContactChangesOfStack:  # fmt: skip
     """Return how friction of two stones at the end of a step differs from that assumed in its equations.
 
-    `assumed_friction_direction` is the assumed direction of friction, `stretch_at_step_start` that of its springs at
-    the step's start.
+    `assumed_friction_direction` is a unit vector; `stretch_at_step_start` is that of the tangential springs, m.
     """
     direction = assumed_friction_direction
     force = end_friction_force
@@ -312,8 +311,9 @@ def joint_contact_forces_and_state_at_step_end(
 ) -> tuple[ForceAndMomentOrVelocities, ForceAndMomentOrVelocities, LargestContactChangesOfStack,
 ContactPowerLossAndLostSpringEnergy,
 JointContactState]:  # fmt: skip
-    """Return force, moment, contact changes, losses and new state between two stones from a step's solved equations.
+    """Return forces, early impulses, changes, losses and new state of two stones' contact from a step's solution.
 
+    Forces, and impulses of points that closed early in the step, come with moments about the contact frame's origin.
     `point_sums_and_force_times_distance_sum` holds the sums over the contact points and Σ normal force × distance
     from the pressure centre (N·m).
     """

@@ -40,8 +40,8 @@ def predicted_force_per_stiffness_share_and_contact(
 ) -> tuple[float, bool]:  # fmt: skip
     """Return a contact point's predicted normal force over its stiffness share, N, and True if it is in contact.
 
-    In a step that resolves the contact vibration the predicted forces decide about contact, in a longer one the contact
-    state after the last step. A point that did not belong to the contact patch before has no such state.
+    The predicted force decides about contact in a step that resolves the contact vibration, and at a point that is new
+    in the contact patch; otherwise the contact state after the last step decides.
     """
     forces_decide_contact, lands_flat, waits = forces_decide_flat_landing_and_deferral_flags
     depth = (

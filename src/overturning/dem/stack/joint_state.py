@@ -102,7 +102,7 @@ class JointAtStepStartAndEnd(NamedTuple):
 class FlatLandingTimesLeftAndPointHeights(NamedTuple):
     """Shortest and longest time left (s) in a flat landing of a stone, and lowest and highest contact point (m).
 
-    The times are those over the contact points of two stones, in the impact of a base that lands flat.
+    Times and heights (above the lower face) are extremes over the contact points of two stones.
     """
 
     shortest_remaining_impact_time_in_flat_landing: float
@@ -135,10 +135,7 @@ class JointRelativePoseAndVelocity(NamedTuple):
 
 
 class JointFrameAxesAndOrigin(NamedTuple):
-    """Axes and origin of the coordinate frame of a joint (contact of two stones), in the axes of the ground.
-
-    They are those at the predicted end of a step.
-    """
+    """Axes and origin of a joint's frame (contact of two stones) at the predicted step end, in axes of the ground."""
 
     axes: Matrix3
     """Directions of the axes of the frame, as columns; z is the normal of contact."""
@@ -147,7 +144,7 @@ class JointFrameAxesAndOrigin(NamedTuple):
 
 
 class LoadSumsToFindContactNormal(NamedTuple):
-    """Sums over the contact points of two stones that overlap in part, from which the normal of contact follows.
+    """Sums over the contact points of two partly overlapping faces, from which the normal of contact follows.
 
     Each point counts with its load: its share of the joint's stiffness × its penetration, m.
     """
@@ -209,8 +206,8 @@ class AssumedJointFrictionInStep(NamedTuple):
 class PredictedJointForceAndDerivatives(NamedTuple):
     """Predicted force and moment between two stones at the end of a step, and their derivatives by the velocities.
 
-    The derivatives count with the opposite sign, × half of the step. After the solution the first field holds the
-    change of the relative velocity and angular velocity instead.
+    The derivatives have the opposite sign and are multiplied by half of the step. After the equations are solved, the
+    first field holds the changes of the stones' relative velocity and angular velocity instead.
     """
 
     predicted_wrench_replaced_by_velocity_change: ForceAndMomentOrVelocities

@@ -46,12 +46,12 @@ def point_contact_is_deferred(
     point_state_at_step_start: ContactPointState,
     smallest_distance_of_base_corners_inside_rim: float,
 ) -> bool:
-    """True if a contact point between the lowest and the highest one of a base that lands flat carries no load yet.
+    """True if the spring of a contact point in the middle of a base that lands flat does not act yet.
 
-    A flat base that lands on all its corners at once is stopped by the impulse at its far end; corners in between take
-    up their springs only afterwards (docs/method.md). No point is deferred while a corner of the base is near the rim
-    of the face below (`smallest_distance_of_base_corners_inside_rim`, m, negative beyond it): the points where both
-    rims cross move along them, and would be deferred again and again.
+    A base that lands on all its corners at once is stopped by the impulse at its far end; the springs of points between
+    its lowest and its highest point act only afterwards (docs/method.md). No point is deferred while a corner of the
+    base is near the rim of the face below (`smallest_distance_of_base_corners_inside_rim`, m, negative beyond it):
+    points where the rim of the base crosses that of the face move along the rims, and would be deferred repeatedly.
     """
     spread = (
         landing_times_and_heights.highest_point_height_above_lower_face
@@ -93,7 +93,7 @@ def add_point_to_landing_times_and_height_range(
     point_state_at_step_start: ContactPointState,
     point_position: ContactPointPosition,
 ) -> FlatLandingTimesLeftAndPointHeights:
-    """Return the landing times and the range of heights of two stones' contact points with one more point included."""
+    """Return flat-landing times and height range of two stones' contact points, updated for one more point."""
     lowest = (
         point_position.upper_base_height_above_lower_face
         if (point_position.joint_stiffness_share > 0.0)
@@ -139,9 +139,9 @@ def add_point_to_landing_times_and_height_range(
 def remaining_landing_time_of_new_contact(
     joint_constants: JointConstants, landing_times_and_heights: FlatLandingTimesLeftAndPointHeights
 ) -> float:
-    """Return the time left (s) in a flat landing for a point that comes into contact.
+    """Return the time left (s) in a flat landing for a contact point that closes: the longest of the loaded points.
 
-    It is that of the points already in contact, or the full duration if there are none.
+    If no point carries load yet, this is the full duration of the landing.
     """
     return (
         joint_constants.flat_landing_duration_s

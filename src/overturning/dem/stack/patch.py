@@ -83,7 +83,8 @@ def upper_stone_motion_relative_to_face_below(
 ) -> JointRelativePoseAndVelocity:
     """Return pose and velocity of a stone relative to the face below it at the predicted end of a step.
 
-    `lower_velocity_at_origin_and_spin` holds the velocity of the lower stone at the origin and its angular velocity.
+    `lower_velocity_at_origin_and_spin` holds the velocity (m/s) of the lower stone at `contact_frame_origin`, and its
+    angular velocity (rad/s).
     """
     to_face = transpose(contact_frame_axes)
     relative = matrix_product(to_face, upper_stone_axes)
@@ -158,7 +159,7 @@ def predict_motion_relative_to_stone_below(
 def base_corner_contact_point(
     relative_motion: JointRelativePoseAndVelocity, base_corner: FaceCorner, one_if_stone_is_still_simulated: float
 ) -> ContactPointPosition:
-    """Return the position of a base corner on the lower face, and its share of the stiffness if all corners rest."""
+    """Return a base corner as a contact point: its position, and its share of stiffness if the whole base rests."""
     return ContactPointPosition(
         relative_motion.upper_base_centre.x
         + (
@@ -207,9 +208,9 @@ def predict_base_corner_positions(
 def include_corner_in_min_rim_distance(
     joint_rows: Any, rows_of_one_base_corner: Any, lower_side_rows: Any, lane_count: int
 ) -> None:
-    """Update the least distance of base corners from the rim of the face below by one corner and one side.
+    """Reduce the least distance of base corners from the rim below if one corner is nearer to one side of the rim.
 
-    The distance of the corner from the side is taken if it is the least so far; this is done for all stacks.
+    The distance is negative for a corner beyond the rim. All stacks are treated in parallel.
     """
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         place, limit = load_point_position(rows_of_one_base_corner, j), load_face_corner(lower_side_rows, j)
@@ -226,9 +227,9 @@ def include_corner_in_min_rim_distance(
 def update_corner_rim_distance_and_check_full_support(
     joint_rows: Any, joint_point_rows: Any, base_corner_count: int, lower_face_corner_count: int, lane_count: int
 ) -> bool:
-    """Update base corners' least distance from the rim below; True if, in all stacks, the face below supports all.
+    """Update the least distance of base corners from the rim below; True if, in all stacks, the whole base rests.
 
-    Then the stone's whole base lies within the face, now and after the last step.
+    A base rests as a whole if all its corners lie within the face below, now and after the last step.
     """
     for i in range(base_corner_count):
         for k in range(lower_face_corner_count):
@@ -265,7 +266,7 @@ def any_stack_uses_contact_point(point_rows: Any, lane_count: int) -> bool:
 def contact_point_on_side(
     a: ContactPointPosition, b: ContactPointPosition, fraction_from_a: float, joint_stiffness_share: float
 ) -> ContactPointPosition:
-    """Return the point on the side from a to b at a given fraction of its length from a, with a share of stiffness."""
+    """Return the contact point with a given share of stiffness on the side from a to b, at a fraction of its length."""
     return ContactPointPosition(
         a.x_in_lower_face_frame + fraction_from_a * (b.x_in_lower_face_frame - a.x_in_lower_face_frame),
         a.y_in_lower_face_frame + fraction_from_a * (b.y_in_lower_face_frame - a.y_in_lower_face_frame),
@@ -303,7 +304,7 @@ def place_contact_points_of_lower_face_side(
 ) -> None:
     """Store positions and shares of stiffness of the three possible contact points of one side of a lower face.
 
-    They are the corner at which the side starts and both ends of the side after clipping to the upper face.
+    They are the corner at which the side starts, and both ends of the side after clipping to the upper stone's base.
     """
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         frame = load_relative_motion(joint_rows, j)
@@ -343,7 +344,10 @@ def store_contact_points_at_clipped_side_ends(
     part_end_point_rows: Any,
     lane_count: int,
 ) -> None:
-    """Store the contact points at the ends of a clipped side of a stone's base, with shares of stiffness."""
+    """Store the contact points at the ends of a side of a stone's base, clipped to the face below.
+
+    The shares of stiffness of both ends, and of the corner at which the side starts, are stored with them.
+    """
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         frame = load_relative_motion(joint_rows, j)
         a = load_point_position(base_side_rows, j)

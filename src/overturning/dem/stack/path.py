@@ -127,10 +127,10 @@ def append_rows_for_flight_of_fallen_stones(
     sampling_interval_s: float,
     added_duration_s: float,
 ) -> FloatArray:
-    """Return a trajectory extended by `added_duration_s` seconds, in which its last row is repeated at later times.
+    """Return a trajectory extended by `added_duration_s` seconds with copies of its last row at later times.
 
-    The rows have steps of `sampling_interval_s`, s; none are added if no stone has fallen at the end of the case
-    (`has_fallen_by_stone`, shape (stones,)). In these rows fallen stones are marked as not simulated.
+    The added rows are `sampling_interval_s` (s) apart, and mark fallen stones as not simulated. No row is added if no
+    stone has fallen at the end of the case (`has_fallen_by_stone`, shape (stones,)).
     """
     if not has_fallen_by_stone.any():
         return trajectory_rows
@@ -148,7 +148,7 @@ def append_rows_for_flight_of_fallen_stones(
 def fill_in_free_flight_of_fallen_stones(trajectory_rows: FloatArray, stones: list[StackStone]) -> None:
     """Fill in, in each row in which a stone is not simulated, its pose in free flight until it meets the ground.
 
-    A stone that has fallen is not simulated any more; its path is drawn only.
+    A stone that has fallen is no longer simulated; its path in free flight is for drawing only.
     """
     columns = trajectory_rows[:, TRAJECTORY_COLUMN_COUNT_BEFORE_STONES:].reshape(
         len(trajectory_rows), len(stones), TRAJECTORY_COLUMN_COUNT_PER_STONE

@@ -88,7 +88,7 @@ class StackSimulationPlan(SimulationPlan3D):
     friction_by_case_and_joint: FloatArray  # shape (n, stones)
 
     def create_result_tables(self, case_count: int) -> dict[str, NDArray[np.void]]:
-        """Return the tables that the kernel fills: ``results``, shape (cases,), and ``each``, shape (cases, stones)."""
+        """Return tables for the kernel to fill: ``results`` of cases (cases,), ``each`` of stones (cases, stones)."""
         each = np.zeros((case_count, self.stone_table_by_stack.shape[1]), STONE_RESULT_TABLE_DTYPE)
         return {"results": np.zeros(case_count, RESULT_TABLE_DTYPE), "each": each}
 
@@ -97,7 +97,7 @@ class StackSimulationPlan(SimulationPlan3D):
     ) -> StackKernelInput:
         """Return the input of the stack kernel for cases with equal numbers of time steps per sample.
 
-        The steps are shortened by the factor `step_divisor`.
+        The time steps are divided by `step_divisor`.
         """
         queued = self.kernel_input_fields_common_to_3d_models(
             case_numbers, result_tables, step_divisor, PARALLEL_CASE_COUNT
@@ -127,7 +127,7 @@ class StackSimulationPlan(SimulationPlan3D):
     def create_trajectory_buffer(self, is_recorded: bool) -> FloatArray:
         """Return an array of zeros for the kernel's trajectory, shape (rows, columns).
 
-        It has no rows unless `is_recorded`.
+        The array has no rows if `is_recorded` is False.
         """
         columns = (
             TRAJECTORY_COLUMN_COUNT_BEFORE_STONES
@@ -218,10 +218,8 @@ def _rest_limit_to_onset_acceleration_ratio_by_case(
 ) -> FloatArray:
     """Return, per case, the fraction of the onset acceleration up to which a stack at rest surely stays at rest.
 
-    The onset acceleration is the static one, at which a contact slides or opens; the fraction allows for dynamic
-    overshoot.
-
-    The joint (contact of two stones) with the shortest delay (dashpot over spring) damps least.
+    At the onset acceleration a contact slides or opens statically; the fraction allows for dynamic overshoot. Damping
+    is that of the contact with the smallest ratio of dashpot to spring, which damps least.
     """
     slowest = np.array(
         [
@@ -260,7 +258,7 @@ def _least_overturning_energy_over_joints(joint_constants: ContactSpringsAndPatc
 
 
 def _face_corner_table(stones_by_stack: list[list[StackStone]]) -> FloatArray:
-    """Return the corners of each stone's base and upper face, shape (stacks, stones, 2, corners, corner's fields)."""
+    """Return the corners of all bases and upper faces, shape (stacks, stones, 2, corners, fields of `FaceCorner`)."""
     outlines = np.zeros(
         (
             len(stones_by_stack),
@@ -287,7 +285,7 @@ def _upper_bound_of_omega_squared(stones: list[StackStone], joint_constants: Con
 
 
 def _longest_rocking_time_constant_over_joints_s(joint_constants: ContactSpringsAndPatchesOfStack) -> float:
-    """Return the longest time constant of rocking of a stack, s: for each joint, all stones above rock as one."""
+    """Return the longest rocking time constant, s, over a stack's contacts; all stones above each one rock together."""
     half_width = joint_constants.nearest_side_distances_from_projected_mass_centre
     return float(
         rocking_time_constant(

@@ -168,10 +168,7 @@ def start_step_and_predict_inertial_acceleration(case_rows: Any, lane_count: int
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_count: int) -> None:
-    """Predict one stone of each stack at the end of the step, and set up the stone's equations of motion.
-
-    The prediction is of its pose and velocities.
-    """
+    """Predict pose and velocities of one stone of each stack at the step end, and set up its equations of motion."""
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         constants = load_stone_constants(stone_rows, j)
         state = load_stone_state(stone_rows, j)
@@ -192,7 +189,7 @@ def predict_stone_motion_and_equations(case_rows: Any, stone_rows: Any, lane_cou
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def reset_landing_extremes_and_normal_force_sums(joint_rows: Any, lane_count: int) -> None:
-    """Reset landing times, height range and normal force sums of the contact points of two stones, for all stacks."""
+    """Reset flat-landing times, height range and force sums of the contact points of two stones, for all stacks."""
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         # At the start of a case no point has a history yet, but the joint is loaded: its points do not land.
         longest = (
@@ -215,7 +212,7 @@ def reset_landing_extremes_and_normal_force_sums(joint_rows: Any, lane_count: in
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def include_point_in_joint_landing_times_and_heights(joint_rows: Any, point_rows: Any, lane_count: int) -> None:
-    """Include one contact point in the landing times of two stones, for all stacks in parallel."""
+    """Include a contact point in the flat-landing times and height range of two stones' contact, for all stacks."""
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         store_flat_landing_times_and_point_heights(
             joint_rows,
@@ -281,7 +278,7 @@ def predict_joint_friction_and_equations(
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def rotate_joint_equations_to_ground_axes(joint_rows: Any, lane_count: int) -> None:
-    """Rotate the contact terms of two stones in the equations from the axes of their contact to those of the ground."""
+    """Rotate the contact force of two stones and its derivatives in the equations from contact to ground axes."""
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         axes = load_joint_frame(joint_rows, j).axes
         store_joint_equations(joint_rows, j, rotate_contact_equations(axes, load_joint_equations(joint_rows, j)))

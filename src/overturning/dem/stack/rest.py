@@ -112,7 +112,7 @@ def all_points_under_unfallen_stones_carry_load(
 ) -> bool:
     """True if all contact points of all stones that have not fallen carry load.
 
-    Of a base with more than four corners, some carry nothing while the base lies flat.
+    Bases with more than four corners are not tested while they lie flat: some of their corners may carry nothing.
     """
     first, size = (
         VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
@@ -149,7 +149,7 @@ def all_points_under_unfallen_stones_carry_load(
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def sum_and_moments_of_stiffness_shares(joint_point_rows: Any, lane: int) -> StiffnessShareMoments:
-    """Return the sum of the shares of stiffness of two stones' contact points, and its moments."""
+    """Return sum, first and second moments of the shares of stiffness of two stones' contact points."""
     total = StiffnessShareMoments(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(joint_point_rows.size // VALUE_COUNT_PER_POINT_IN_ALL_LANES):
         rows = joint_point_rows[i * VALUE_COUNT_PER_POINT_IN_ALL_LANES : (i + 1) * VALUE_COUNT_PER_POINT_IN_ALL_LANES]
@@ -210,8 +210,8 @@ def onset_acceleration_g_of_current_stack_state(
 ) -> float:
     """Return the base acceleration over g at which a contact of a stack at rest slides, or a contact point unloads.
 
-    It follows from the stack as it stands: stones may have slid before, or fallen. The result is 0 if a contact is open
-    or slides.
+    Stones that have slid count at their current position; fallen stones do not count. The result is 0 if a contact is
+    open or slides.
     """
     first, size = (
         VALUE_COUNT_PER_CASE_IN_ALL_LANES + stone_count * VALUE_COUNT_PER_STONE_IN_ALL_LANES,
@@ -278,7 +278,7 @@ def rest_acceleration_limit_g_or_0_if_moving(
 def unfallen_stones_are_upright_and_still(
     stack_states: Any, lane: int, stone_count: int, max_base_acceleration_without_motion_g: float
 ) -> bool:
-    """True if all stones that have not fallen stand upright, with speeds and accelerations of a stack at rest."""
+    """True if all stones that have not fallen are upright, with speeds and accelerations as small as at rest."""
     step = (
         load_tick_length_failure_and_rest_limits(stack_states, lane).tick_length_s
         * load_next_step_to_attempt(stack_states, lane).length_in_ticks

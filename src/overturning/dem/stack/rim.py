@@ -70,7 +70,7 @@ def slopes_of_upper_base_normal(relative_motion: JointRelativePoseAndVelocity) -
 def contact_normal_weight_of_rim_side(base_overhang_beyond_side: float, side_distance_from_face_centre: float) -> float:
     """Return the weight, 0 to 1, with which the normal at a side of the lower face's rim counts in the contact normal.
 
-    It is proportional to the overhang of the upper base, and 1 from an overhang of
+    The weight is proportional to the overhang of the upper base beyond this side, and 1 from an overhang of
     `OVERHANG_TO_SIDE_DISTANCE_FOR_FULL_RIM_NORMAL` × `side_distance_from_face_centre`.
     """
     share = base_overhang_beyond_side / (OVERHANG_TO_SIDE_DISTANCE_FOR_FULL_RIM_NORMAL * side_distance_from_face_centre)
@@ -84,7 +84,7 @@ def add_point_to_contact_normal_sums(
     point_position: ContactPointPosition,
     contact_normal_slope_xy_at_point: tuple[float, float],
 ) -> LoadSumsToFindContactNormal:
-    """Return the sums for the normal of contact with one more contact point, whose normal has a given slope (x, y)."""
+    """Return the load-weighted sums for the contact normal, with a point added whose normal has the given slope."""
     load = point_position.joint_stiffness_share * (
         -point_position.upper_base_height_above_lower_face
         if point_position.upper_base_height_above_lower_face < 0.0
@@ -110,7 +110,7 @@ def clear_contact_normal_sums(joint_rows: Any, lane_count: int) -> None:
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_base_corner_to_normal_sums(joint_rows: Any, rows_of_one_base_corner: Any, lane_count: int) -> None:
-    """Add one corner of the upper stone's base to the sums for the normal of contact, for all stacks in parallel."""
+    """Add a corner of the upper stone's base to the load-weighted sums for the contact normal, for all stacks."""
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         store_contact_load_sums_for_normal(
             joint_rows,
@@ -132,7 +132,7 @@ def add_lower_corner_and_side_ends_to_normal_sums(
     part_end_point_rows: Any,
     lane_count: int,
 ) -> None:
-    """Add a corner of the lower face and both ends of its side to the sums for the normal of contact."""
+    """Add a corner of the lower face and both ends of its clipped side to the sums for the contact normal."""
     for j in range(assume_lane_count_is_multiple_of_8(lane_count)):
         own, previous = load_face_corner(lower_side_rows, j), load_face_corner(previous_lower_side_rows, j)
         slope_x, slope_y = slopes_of_upper_base_normal(load_relative_motion(joint_rows, j))
@@ -196,8 +196,8 @@ def rotation_from_z_axis_to_normal(unit_normal: Vector3) -> Matrix3:
 def contact_frame_with_mean_normal(contact_normal_sums: LoadSumsToFindContactNormal) -> JointFrameAxesAndOrigin:
     """Return axes and origin of the coordinate frame of a contact, with the mean normal, in the lower face's frame.
 
-    The origin is the foot, from the centre of the lower face, on the plane through the mean position of the loads that
-    is normal to the force.
+    The origin is the foot of the perpendicular from the centre of the lower face to the plane with this normal through
+    the mean position of the loads.
     """
     one = 1.0 / (
         contact_normal_sums.stiffness_share_times_penetration
@@ -290,7 +290,7 @@ def sum_contact_loads_positions_and_normals(
 ) -> None:
     """Sum loads, positions and normals of two stones' contact points, from which their mean normal of contact follows.
 
-    Only a part of the base rests on the face below.
+    This is for bases of which only a part rests on the face below.
     """
     corners, crossings = base_corner_count + lower_face_corner_count, 2 * (base_corner_count + lower_face_corner_count)
     clear_contact_normal_sums(joint_rows, lane_count)

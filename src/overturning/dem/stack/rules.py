@@ -136,7 +136,7 @@ def start_case(kernel_input: Any, workspace: Any, lane: int, case_index: int) ->
 
 
 def update_sample_and_load_motion(kernel_input: Any, workspace: Any, case_index_by_lane: Any, lane_count: int) -> None:
-    """Load the base motion of the next sample for each stack, and rescale all quaternions to length 1."""
+    """Advance each stack to its current sample, load its base motion, and rescale all quaternions to length 1."""
     advance_sample_and_load_base_motion(
         workspace.state, kernel_input.corner_counts_by_stone.size, lane_count, kernel_input.motion_row_by_case,
         case_index_by_lane, kernel_input.ground_motion, kernel_input.settings,
@@ -153,7 +153,10 @@ def advance_sample_and_load_base_motion(
     ground_motion: Any,
     queue_settings: SettingsCommonToParallelCases,
 ) -> None:
-    """Load the base motion of the current sample for each stack, and rescale all quaternions to length 1."""
+    """Advance each stack to its current sample, load its base motion, and rescale all quaternions to length 1.
+
+    The time at which each stone was last upright is stored too.
+    """
     along, up, ticks, interval, scale = (
         ground_motion.horizontal_acceleration, ground_motion.upward_acceleration, queue_settings.ticks_per_sample,
         queue_settings.sampling_interval, 1.0 / queue_settings.ticks_per_sample,
@@ -202,7 +205,10 @@ def advance_sample_and_load_base_motion(
 def attempt_steps_until_next_check(
     kernel_input: Any, workspace: Any, lane_count: int, trajectory_buffer: Any, recorded_row_count: int
 ) -> tuple[Any, int]:
-    """Attempt time steps of all stacks until the next end test; record the first stack at most once per sample."""
+    """Attempt time steps of all stacks until the next end test; record the first stack at most once per sample.
+
+    Return the trajectory buffer and its number of recorded rows; −1, without steps, if the buffer must not grow.
+    """
     settings, interval = kernel_input.settings, kernel_input.settings.sampling_interval
     corners = kernel_input.corner_counts_by_stone
     limit = kernel_input.base_and_upper_face_corners_by_stack.shape[3]
@@ -227,7 +233,7 @@ def attempt_steps_until_next_check(
 def mark_possibly_ended_cases(
     kernel_input: Any, workspace: Any, active_lane_count: int, possible_end_flag_by_lane_out: Any
 ) -> int:
-    """Mark and count the stacks whose case may have ended or in which a stone may have fallen."""
+    """Mark (flag 1) and count the stacks whose case may have ended or in which a stone may have fallen."""
     return mark_possibly_ended_stacks(
         workspace.state,
         kernel_input.corner_counts_by_stone.size,
@@ -249,7 +255,7 @@ def mark_possibly_ended_stacks(
     ticks_per_sample: float,
     record_sample_count: float,
 ) -> int:
-    """Mark and count stacks with a fallen stone, a state not finite, or no sample left that can start a motion."""
+    """Mark and count stacks with a newly fallen stone, a state not finite, or no later sample that can move them."""
     count = 0
     for j in range(active_lane_count):
         course, total = load_case_progress(stack_states, j), 0.0

@@ -59,7 +59,7 @@ def rotate_matrix(rotation_to_new_axes: Matrix3, m: Matrix3) -> Matrix3:
 def rotate_contact_equations(
     rotation_to_new_axes: Matrix3, joint_equations: PredictedJointForceAndDerivatives
 ) -> PredictedJointForceAndDerivatives:
-    """Rotate two stones' contact terms in the equations, from the axes of their contact to those of the ground."""
+    """Return two stones' contact force and its derivatives in a step's equations, rotated to new axes."""
     wrench = joint_equations.predicted_wrench_replaced_by_velocity_change
     joint_matrix = joint_equations.half_step_times_wrench_decrease_per_velocity
     return PredictedJointForceAndDerivatives(
@@ -82,10 +82,10 @@ def shift_contact_matrix_to_stone_centres(
     contact_origin_from_loaded_stone_centre: Vector3,
     contact_origin_from_moving_stone_centre: Vector3,
 ) -> VelocityToForceBlocks:
-    """Return a contact's matrix from the velocity of one stone to the force on another, about both stones' centres.
+    """Return a contact's velocity-to-force matrix, shifted from the contact's origin to the centres of stones.
 
-    `contact_origin_from_loaded_stone_centre` leads from the centre of the stone on which the force acts to the origin
-    of the contact, `contact_origin_from_moving_stone_centre` from the centre of the stone that moves.
+    The matrix leads from the velocities of the moving stone to force and moment on the loaded stone, which may be the
+    same. Both vectors lead from the centre of a stone to the origin of the contact.
     """
     fw = matrix_minus(
         half_step_times_wrench_decrease_per_velocity.force_per_angular_velocity,
@@ -203,7 +203,7 @@ def half_step_times_change_of_force_and_moment(
     inertial_and_gravity_acceleration: Vector3,
     acceleration_and_moment_per_mass_at_start: ForceAndMomentOrVelocities,
 ) -> ForceAndMomentOrVelocities:
-    """Return half step × change of force and moment in the step, the right-hand side of a stone's equations."""
+    """Return half step × change of a stone's force and moment in the step: right-hand side of its equations."""
     f, m = contact_force_and_moment.force_or_velocity, contact_force_and_moment.moment_or_angular_velocity
     a, t = acceleration_and_moment_per_mass_at_start
     return ForceAndMomentOrVelocities(
@@ -238,9 +238,10 @@ def eliminate_stone_from_equations(
     contact_origin_from_upper_stone_centre: Vector3,
     contact_origin_from_lower_stone_centre: Vector3,
 ) -> tuple[StoneCorrectionFromStoneBelow, DiagonalBlockAndRightSide]:
-    """Eliminate a stone from a stack's equations; return its solution, and the reduced equations of the stone below.
+    """Eliminate the upper of two stones from a stack's equations; return its correction, and the lower's equations.
 
-    `upper_stone_equations` and `lower_stone_equations` do not contain the contact of the two stones yet.
+    The correction is that of the upper stone's velocities, as a function of the lower stone's. `upper_stone_equations`
+    and `lower_stone_equations` do not contain the contact of the two stones yet; the returned equations do.
     """
     joint_matrix = joint_equations.half_step_times_wrench_decrease_per_velocity
     wrench = scale_wrench(half_step_length_s, joint_equations.predicted_wrench_replaced_by_velocity_change)

@@ -171,7 +171,7 @@ def write_joint_constants_and_initial_state(
     centre_height_above_base: float,
     nearest_base_side_distance: float,
 ) -> None:
-    """Write contact constants and load at rest of a stone's contact with its support into column `lane`."""
+    """Write constants and load at rest of a stone's contact with its support into column `lane` of `joint_rows`."""
     store_joint_constants(joint_rows, lane, JointConstants(
         normal_stiffness=joint_table_row.normal_stiffness,
         normal_dashpot=joint_table_row.normal_dashpot * damping_factor,

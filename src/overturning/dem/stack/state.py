@@ -29,7 +29,7 @@ TICKS_PER_WHOLE_STEP: Final = STACK_STEP_CONTROL.ticks_per_whole_step
 
 
 class StackTickLengthFailureAndRestLimits(NamedTuple):
-    """Constants of one simulated stack: length of a tick, and limits for failure, for long steps and for rest."""
+    """Constants of a simulated stack: length of a tick (time unit), and limits for failure, long steps and rest."""
 
     tick_length_s: float
     """Length of a tick, s."""
@@ -44,7 +44,7 @@ class StackTickLengthFailureAndRestLimits(NamedTuple):
 
 
 class StackRestFlagAndAccelerationLimits(NamedTuple):
-    """Limits of base acceleration up to which a stack stays at rest, and 1 or 0 for whether it may be at rest."""
+    """Limits of base acceleration up to which a stack stays at rest, and a flag (1 or 0): it may be at rest."""
 
     rest_limit_to_onset_acceleration_ratio: float
     """Ratio of the acceleration up to which a stack at rest stays at rest to that which slides or unloads a joint."""
@@ -73,7 +73,7 @@ class StackEnergyAccountAndPeakPenetration(NamedTuple):
 
 
 class LargestContactChangesOfStack(NamedTuple):
-    """Contact changes of a stack in an attempted step: the largest value of each kind over all contacts."""
+    """Maxima over a stack's contacts of the flags of contact changes in an attempted step, and of the penetration."""
 
     positive_if_contact_opened_or_closed: float
     """Above 0 if a contact opened or closed."""
@@ -143,9 +143,9 @@ class StoneState(NamedTuple):
 
 
 class StonePeakLeanAndLastUprightTick(NamedTuple):
-    """Largest lean of a stone so far (sin² of its tilt), and the last tick (time unit) below its critical angle.
+    """Largest lean of a stone so far (sin² of its tilt), and last tick (time unit) with a lean below the critical one.
 
-    The tick is −1 if there was none in this sample.
+    Beyond 90° the lean is 2 − sin². The tick is −1 if the stone has leant more during the whole sample so far.
     """
 
     peak_lean_as_continued_squared_sine: float
@@ -204,7 +204,7 @@ class DiagonalBlockAndRightSide(NamedTuple):
 class StoneCorrectionFromStoneBelow(NamedTuple):
     """Velocity correction of a stone eliminated from the equations, as a function of that of the stone below.
 
-    It is `constant_part_of_correction` + `factor_of_correction_below` × (velocity correction of the stone below).
+    The correction is `constant_part_of_correction` + `factor_of_correction_below` × (correction of the stone below).
     """
 
     factor_of_correction_below: VelocityToForceBlocks
@@ -219,7 +219,7 @@ class StoneVelocityCorrection(NamedTuple):
 
 
 class StoneContactForceSums(NamedTuple):
-    """Sum of the contact forces and moments on a stone, and of the impulses of contacts that closed early."""
+    """Sums over a stone's contacts: force and moment, and extra impulses of points that closed early in the step."""
 
     force_and_moment_at_step_end: ForceAndMomentOrVelocities
     extra_impulses_of_early_contacts: ForceAndMomentOrVelocities

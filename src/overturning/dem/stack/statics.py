@@ -30,7 +30,7 @@ MIN_FALL_TILT_THRESHOLD_OF_STONE_RAD: Final = np.pi / 3.0
 
 @dataclass(frozen=True)
 class ContactSpringsAndPatchesOfStack:
-    """Contact constants of each stone of a stack with its support, from the lowest stone up."""
+    """Constants, penetration at rest and patch of the contact below each stone of a stack, from the lowest stone up."""
 
     joint_table: NDArray[np.void]  # constants, of type `JOINT_TABLE_DTYPE`, without friction; shape (joints,)
     mean_penetration_at_rest: FloatArray  # mean penetration at rest, m, shape (joints,)
@@ -43,7 +43,7 @@ class ContactSpringsAndPatchesOfStack:
 
     @property
     def nearest_side_distances_from_projected_mass_centre(self) -> FloatArray:
-        """Distance, in each contact, from the point below the mass centre of stones above to the nearest side, m."""
+        """Horizontal distance of the mass centre of all stones above each contact from its nearest side, m."""
         return np.array([patch.side_distances_from_mass_centre_above.min() for patch in self.contact_patches])
 
     @property
@@ -55,7 +55,7 @@ class ContactSpringsAndPatchesOfStack:
 def joint_constants_of_stack(
     stones: list[StackStone], default_joint_contact_properties: VertexContact
 ) -> ContactSpringsAndPatchesOfStack:
-    """Return the contact constants of a stack's stones: stiffness K = M g/δ for the mass M above each contact."""
+    """Return the contact constants of a stack; the stiffness is M g/δ with the mass M above and penetration δ."""
     rows, patches = np.zeros(len(stones), JOINT_TABLE_DTYPE), contact_patches_at_rest(stones)
     above = np.array([patch.mass_above for patch in patches])
     width = np.array([np.ptp(patch.corners_xy_in_stack_axes, axis=0).min() for patch in patches])
@@ -137,10 +137,9 @@ def side_distance_and_height_of_tipping_mass_centre(
 ) -> tuple[float, float]:
     """Return the distance and height (m) of the centre of mass that tips over the nearest side of a contact.
 
-    The distance is horizontal, from this side to the centre; the height is that above the contact.
-
-    The centre is that of the stone; if it is held down by stones above, outside the contact, that of all stones above
-    the contact.
+    The distance is horizontal, from this side to the centre; the height is that above the contact. The centre is that
+    of the stone on the contact. If it lies outside the contact, so that stones above hold the stone down, the common
+    centre of all stones above the contact is taken.
     """
     base = stone.nearest_base_side_distance
     side = float(
@@ -155,10 +154,10 @@ def side_distance_and_height_of_tipping_mass_centre(
 
 
 def base_x_relative_to_support_centre_at_rest(stone_table_by_stack: NDArray[np.void]) -> FloatArray:
-    """Return each stone's base position at rest along x, relative to its support's centre, m, shape (stacks, stones).
+    """Return x (m) of each stone's base at rest, along its support from its support's centre, shape (stacks, stones).
 
-    `stone_table_by_stack` has the type `overturning.dem.stack.tables.STONE_TABLE_DTYPE`. Stones off centre lean a
-    little under their weight.
+    `stone_table_by_stack` has the type `overturning.dem.stack.tables.STONE_TABLE_DTYPE`. The lean at rest of stones
+    that stand off centre is taken into account.
     """
     start = stone_table_by_stack["start"]
     lean = 2.0 * np.arctan2(start["qy"], start["qw"])
@@ -240,8 +239,9 @@ def scale_factors_for_unit_mass_diagonal(stones: list[StackStone]) -> FloatArray
 def eigenvalue_bound_factor_for_inertia_products(stones: list[StackStone]) -> float:
     """Return an upper bound of the factor by which products of inertia raise a stack's highest ω².
 
-    `scale_factors_for_unit_mass_diagonal` leaves them out. With the correlation ρ of x and z, the least eigenvalue of
-    the scaled mass matrix is 1 − |ρ|; the factor is 1 for stones whose outlines are symmetric.
+    `scale_factors_for_unit_mass_diagonal` leaves these products out. With the largest ρ = |I_xz|/√(I_xx I_zz) of all
+    stones, the least eigenvalue of the scaled mass matrix is 1 − ρ, and the factor is 1/(1 − ρ). It is 1 for
+    stones whose outlines are symmetric.
     """
     correlation = [
         abs(stone.inertia_per_mass[0, 2]) / math.sqrt(stone.inertia_per_mass[0, 0] * stone.inertia_per_mass[2, 2])
@@ -297,7 +297,7 @@ def _penetrations_at_patch_corners(
 
 
 def _fill_in_contact_loads_at_rest(stones: list[StackStone], joint_constants: ContactSpringsAndPatchesOfStack) -> None:
-    """Set each contact's normal force, centre of pressure and mean distance of forces from it, for a stack at rest."""
+    """Set normal force, centre of pressure and mean distance of forces from that centre in each contact at rest."""
     depths = _penetrations_at_patch_corners(
         stones, joint_constants, static_displacements_and_rotations(stones, joint_constants).ravel()
     )
@@ -332,8 +332,8 @@ def no_movement_below_acceleration_g_by_case(
 ) -> FloatArray:
     """Return the base acceleration |a|/g below which no contact of a stack opens or slides, shape (n,).
 
-    Contact k opens at the least ratio of the distance of one of its sides to the height of the centre of all stones
-    above, and slides at µ.
+    A contact slides at µ. It opens at the ratio of distance to height of the centre of mass of all stones above it:
+    horizontal distance from the nearest side of the contact, and height above the contact.
     """
     return np.minimum(
         float(

@@ -59,10 +59,7 @@ from overturning.dem.stack.rim import (
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
 def state_array_length_per_joint(max_corner_count_per_face: int) -> int:
-    """Return the state array's length for one contact of two stones.
-
-    Faces have at most `max_corner_count_per_face` corners.
-    """
+    """Return the number of values in the state array for one contact of two stones, in all columns (lanes)."""
     return VALUE_COUNT_PER_JOINT_IN_ALL_LANES + 6 * max_corner_count_per_face * VALUE_COUNT_PER_POINT_IN_ALL_LANES
 
 
@@ -80,8 +77,8 @@ def predict_contact_points_and_patch_forces(
     """Compute the contact points of two stones at the predicted step end, and sum their predicted forces.
 
     `base_and_lower_face_corner_counts` holds the numbers of corners of the base and of the lower face (0 on the
-    ground). The numbers of the points that have a share of stiffness in any stack are written to
-    `used_point_count_and_indices_of_joint`, after their count.
+    ground). `used_point_count_and_indices_of_joint` receives the number of points that have a share of stiffness in any
+    stack, followed by the indices of these points.
     """
     upper_count, lower_count = base_and_lower_face_corner_counts
     predict_base_corner_positions(upper_stone_rows, joint_rows, joint_point_rows, upper_count, lane_count)

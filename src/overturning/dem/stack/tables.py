@@ -12,9 +12,9 @@ from overturning.dem.stack.state import StoneConstants
 
 
 class StackCaseTableRow(NamedTuple):
-    """Parameters of a case of a 3-D stack.
+    """Parameters of a case of a 3-D stack: columns of the kernel's table of cases.
 
-    Columns of the kernel's table, before those of `CaseStepLengthsAndDoublingCounts`.
+    The columns of `CaseStepLengthsAndDoublingCounts` follow in the same table.
     """
 
     amplitude_factor: float

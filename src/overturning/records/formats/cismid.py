@@ -103,7 +103,7 @@ def read_components(source_file: SourceFile) -> list[RecordComponent]:
 def _latitude_and_longitude_in_section(header: HeaderFields) -> tuple[float | None, float | None]:
     """Read latitude and longitude, degrees, from a section of a CISMID header; None if not stated.
 
-    They have a minus sign, or the letter S or W (O in Spanish), in the south or west.
+    A southern latitude or western longitude has a minus sign or the letter S, W or O (Spanish for west).
     """
     stated = [header.field_pattern_match(name) for name in COORDINATE_FIELD_PATTERNS]
     latitude, longitude = (

@@ -173,7 +173,7 @@ def _processing_agency_and_filter_metadata(header: HeaderFields) -> dict[str, st
 def _acceleration_per_count(
     lines_from_channel_start: TextLines, reals_heading_line_index: int, header_reals: FloatArray
 ) -> float:
-    """Return the acceleration of one digitiser count, m/s², from the header's recorder step and sensitivity."""
+    """Return the acceleration of one digitiser count, m/s², from µV per count, V/g and gain in the header's reals."""
     microvolts, volts_per_g = float(header_reals[21]), float(header_reals[41])
     gain = 1.0 if header_reals[46] == MISSING_VALUE_MARKER else float(header_reals[46])
     for number, value, what in ((22, microvolts, "µV per count"), (42, volts_per_g, "V/g"), (47, gain, "gain")):
@@ -218,7 +218,7 @@ def _checked_sample_unit_code(
 def _axis_name_and_direction(
     header: HeaderFields, comment_lines: Sequence[str], azimuth_or_vertical_code: int
 ) -> tuple[str, AzimuthAndVerticalSense]:
-    """Return axis name and direction from text and code of the header, or else from a SEED channel code in the text."""
+    """Return axis name and direction from the header's axis text and azimuth code, or else a SEED channel code."""
     word = header.field_text("axis")
     coded = {400: (None, 1), 401: (None, -1)}.get(
         azimuth_or_vertical_code, horizontal_direction_from_azimuth_code(azimuth_or_vertical_code)
@@ -234,7 +234,7 @@ def _axis_name_and_direction(
 def _utc_time_of_first_sample(
     lines_from_channel_start: TextLines, header_integers: np.ndarray, seconds_after_minute: float
 ) -> datetime | None:
-    """Return the UTC time of the first sample from the header's integers and the seconds; None if it is not stated."""
+    """Return the UTC time of the first sample from the header's integers (year to minute) and seconds, or None."""
     year, _, month, day, hour, minute = (int(header_integers[i]) for i in range(39, 45))
     if MISSING_VALUE_MARKER in (year, month, day, hour, minute) or not 0 <= seconds_after_minute < 61:
         return None

@@ -159,12 +159,12 @@ def read_component_samples_and_count_lines(lines_from_channel_start: TextLines) 
 
 
 def _start_time_of_renadic_file(header: HeaderFields, time_in_origin_field_utc: datetime | None) -> datetime | None:
-    """Return the UTC time of the first sample of a file of RENADIC (Chile); None if its clock does not give it.
+    """Return the UTC time of the first sample of a RENADIC file (Chile); None if no satellite clock gives it.
 
-    The field ORIGIN is the time of the first sample in whole seconds: in files of recorders with satellite clocks, the
-    motion begins after it by the time between ORIGIN and TRIGGER TIME (20 to 50 s, the pre-event memory), and P waves
-    arrive in time. The memory lasts whole seconds, so the fraction of the trigger's second is also that of the first
-    sample. Recorders without a satellite clock have local time there, although the header says GMT, or 1980-01-01.
+    In files of recorders with a satellite clock, the field ORIGIN is the time of the first sample in whole seconds. The
+    motion begins at TRIGGER TIME, after the pre-event memory of 20 to 50 s, and the arrivals of P waves agree with this
+    reading. The memory lasts whole seconds, so TRIGGER TIME gives the fraction of a second of the first sample.
+    Recorders without a satellite clock write local time as GMT, or the date 1980-01-01.
     """
     trigger = header.utc_time_of_month_day_year_field("trigger")
     if (
@@ -228,9 +228,10 @@ def _read_evenly_spaced_samples_interval_and_notes(
 
 
 def _sample_column_count_and_width(channel_lines: TextLines, first_sample_line_index: int) -> tuple[int, int]:
-    """Return number and width of the columns in a line of samples, if the file does not state the FORTRAN format.
+    """Return number and width of the sample columns of a file that does not state their FORTRAN format.
 
-    There are eight columns, of ten characters unless the line is full with another width (``8F9.6`` of RAW files).
+    There are eight columns. Their width is an eighth of the first line's length (``8F9.6`` of RAW files: nine), or ten
+    characters if the length is no multiple of eight.
     """
     width, rest = divmod(
         len("".join(channel_lines.lines[first_sample_line_index : first_sample_line_index + 1]).rstrip()), 8

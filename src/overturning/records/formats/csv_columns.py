@@ -82,7 +82,7 @@ def _column_declaration_and_record_key_of_file(
 ) -> tuple[str, str]:
     """Return the column declaration for a file, and a key that is equal for all files of the same record.
 
-    The key has the parts of the name that each ``*`` matches; it is "" if the declaration names no files.
+    The key joins the parts of the file's name that match each ``*``; it is "" if the declaration names no files.
     """
     words = columns_declared_of_all_files_text.split()
     if not any("=" in word for word in words):

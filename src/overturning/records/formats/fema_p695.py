@@ -24,7 +24,7 @@ ARCHIVE_PATH: Final = Path(__file__).parents[1] / "fema-p695" / "ground-motions.
 
 
 def _direction_from_component_name(component_name: str) -> AzimuthAndVerticalSense:
-    """Return the direction in a component name such as ``NORTHR/MUL009`` (azimuth 9°); unknown if it has none."""
+    """Return the direction in a component name such as ``NORTHR/MUL009`` (azimuth 9°); else `UNKNOWN_DIRECTION`."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
     return parse_axis_direction(stated[0]) if stated else UNKNOWN_DIRECTION
 

@@ -51,8 +51,8 @@ def last_digit_resolution(number_text: str) -> float:
 def signed_coordinate_from_hemisphere(latitude_or_longitude_deg: float, hemisphere_letter: str) -> float:
     """Return a latitude or longitude, degrees, positive to the north or east, from a number and a hemisphere letter.
 
-    The letter is N, E, S, W, O (Spanish for west) or empty. With S, W or O the result is negative, also if the number
-    is: some headers write both the minus sign and the letter.
+    The letter is N, E, S, W, O (Spanish for west) or empty. With S, W or O the result is negative, even for a negative
+    number: some headers write both the minus sign and the letter.
     """
     return (
         -abs(latitude_or_longitude_deg) if hemisphere_letter.upper() in ("S", "W", "O") else latitude_or_longitude_deg
@@ -87,8 +87,9 @@ class HeaderFields(TextLines):
     ) -> "HeaderFields":
         """Find the header fields by their patterns (regular expressions) in the first lines of a file.
 
-        A field with a line index is searched for in that line only, any other in the first ``searched_line_count``
-        lines. Raises a RecordError if there are fewer than ``min_line_count`` lines.
+        A pattern with a line index is searched for in that line only, any other in the first ``searched_line_count``
+        lines. Raises a RecordError if a line with an index does not match its pattern, or if there are fewer than
+        ``min_line_count`` lines.
         """
         lines_or_source_file = (
             TextLines(lines_or_source_file, lines_or_source_file.lines)
@@ -185,7 +186,7 @@ class HeaderFields(TextLines):
     ) -> PeakStatedInFileHeader:
         """Return the peak acceleration (converted to m/s²), its sign and its resolution from a header field.
 
-        A positive number has the sign + only if the format writes the sign of peaks (``format_states_sign_of_peak``).
+        The sign is −1 or 1, or 0 if unknown: a positive number has 1 only with ``format_states_sign_of_peak``.
         """
         stated = self.field_text(field_name) if override_text is None else override_text
         number = self.number_in_field(field_name, stated)
@@ -233,8 +234,8 @@ class HeaderFields(TextLines):
     def field_latitude_and_longitude_deg(self, field_name: str) -> tuple[float, float] | tuple[None, None]:
         """Return the latitude and longitude, degrees, in a header field; (None, None) if the field is missing.
 
-        The field has the groups number, N or S, number, E or W, or the eight groups of `DEGREE_MINUTE_SECOND_PATTERN`
-        (rounded to 1e-5°).
+        The field's pattern has four groups (number, N or S, number, E or W), or the eight groups of
+        `DEGREE_MINUTE_SECOND_PATTERN`; the latter are rounded to 1e-5°.
         """
         match = self.field_pattern_match(field_name)
         if match is None or match[1] is None:
@@ -247,7 +248,7 @@ class HeaderFields(TextLines):
         return (north, east) if each == 2 else (round(north, 5), round(east, 5))
 
     def origin_time_and_epicentre_metadata(self) -> tuple[datetime | None, dict[str, Any]]:
-        """Return origin time (UTC; or None) and epicentre (as metadata for `Record.extra`; or {}) of the earthquake."""
+        """Return the earthquake's origin time, UTC, or None, and its epicentre as metadata (`Record.extra`), or {}."""
         stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.field_text("origin")))
         origin = parse_time_as_utc(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         if origin and origin.year >= 2000 + FIRST_TWO_DIGIT_YEAR_OF_1900S:  # Python reads years up to 68 as 20xx.

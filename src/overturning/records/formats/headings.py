@@ -64,10 +64,10 @@ def first_number_line_index(lines: Sequence[str]) -> int:
 def split_heading_lines_into_cells(
     lines_above_numbers: Sequence[str], separator: str | None, declared_column_count: int
 ) -> list[list[str]]:
-    """Split each heading line (a line above the numbers with one cell per column) into its cells.
+    """Split each heading line above the numbers into cells; leave out lines without one cell per column.
 
-    Cells are separated like the numbers or by blanks; cells of several words by at least two blanks. A line of prose
-    may have as many words as there are columns by chance, so each cell between blanks must contain a letter.
+    Cells are separated like the numbers, by two or more blanks or tabs, or by single blanks. A line of prose may have
+    as many words as columns by chance, so cells separated by blanks must each contain a letter.
     """
     return [
         cells
@@ -114,10 +114,10 @@ def unit_line_conflict_notes_and_refusal_reason(
     separator: str | None,
     axis_and_unit_of_declared_columns: Sequence[tuple[str, str]],
 ) -> tuple[tuple[str, ...], str]:
-    """Return notes on lines with another unit than the user states, and the reason to refuse the file (or "").
+    """Return notes on lines of text with another unit than declared, and the reason to refuse the file (or "").
 
-    Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
-    acceleration; "" if there is none. See `heading_conflict_notes_and_refusal_reason`.
+    A line such as ``# units: g`` applies to all columns. The file is refused for a line that names a quantity other
+    than acceleration, such as ``Velocity (cm/s)``. Column headings: `heading_conflict_notes_and_refusal_reason`.
     """
     units = {unit for word, unit in axis_and_unit_of_declared_columns if word not in ("time", "skip")}
     notes, others = [], []

@@ -26,7 +26,7 @@ _NUMBER_CHARACTERS: Final = set("0123456789+-.eE ")
 
 @dataclass(frozen=True)
 class TextLines:
-    """Lines of a text file, or its lines from the first one of a channel on; indices of lines count from 0 there."""
+    """Lines of a text file, or of its part that begins with a channel; line indices count from its first line, 0."""
 
     source: SourceFile
     lines: Sequence[str]
@@ -56,7 +56,7 @@ class TextLines:
     def utc_time(
         self, line_index: int, year_month_day: Sequence[int], hour: int, minute: int, seconds_after_minute: float
     ) -> datetime:
-        """Convert year, month, day, hour, minute and seconds after it to a UTC time; a RecordError names the line."""
+        """Return year, month, day, hour, minute and seconds of a line as a UTC time; a RecordError names the line."""
         year, month, of_month = year_month_day
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds_after_minute)
@@ -87,9 +87,9 @@ class TextLines:
         stated_duration_s: float,
         tolerance_s: float = 0.0,
     ) -> None:
-        """Raise a RecordError if count × interval of the samples found differs from a duration stated in a line, s.
+        """Raise a RecordError if the duration of the samples differs from a duration, s, that a line states.
 
-        Two sampling intervals, 11 ms or `tolerance_s` are allowed, whichever is longest.
+        The duration is count × interval. The tolerance is the longest of two intervals, 11 ms and `tolerance_s`.
         """
         if abs(found_sample_count * sampling_interval - stated_duration_s) > max(
             2.0 * sampling_interval, 0.011, tolerance_s
@@ -114,7 +114,7 @@ class TextLines:
         number_count: int,
         refuse_text_after_numbers: bool = False,
     ) -> tuple[FloatArray, int, tuple[str, ...]]:
-        """Read ``number_count`` samples in fixed-width columns; return also the next line's index and notes."""
+        """Read ``number_count`` samples in fixed-width columns; return also the next line's index and surplus notes."""
         values = self.read_fixed_width_numbers(
             first_line_index, column_width=column_width, numbers_per_line=numbers_per_line, number_count=number_count
         )
@@ -185,7 +185,7 @@ class TextLines:
     def read_number_rows(self, first_line_index: int, column_count: int) -> FloatArray:
         """Read the numbers, separated by blanks, from line ``first_line_index`` on, shape (lines, columns).
 
-        Blank lines at the end are ignored. A RecordError names a line with another count, or text that is no number.
+        Blank lines at the end are ignored. A RecordError names a line without ``column_count`` numbers.
         """
         cells = [line.split() for line in self.lines[first_line_index:]]
         while cells and not cells[-1]:
@@ -238,7 +238,7 @@ class TextLines:
     def _raise_cell_error_or_create_line_error(
         self, line_index: int, cell_texts_of_line: Sequence[str], problem: str
     ) -> RecordError:
-        """Create an error about a problem in a line; if a cell of it is no number, raise an error about the cell."""
+        """Return an error about a problem in a line, or raise an error about the first cell that is no number."""
         for cell in cell_texts_of_line:
             self.parse_number(cell, line_index, "a sample")
         return self.line_error(line_index, f"{problem}: get the file again")
@@ -246,7 +246,7 @@ class TextLines:
     def parse_cells_as_numbers(
         self, cell_texts_by_line_index: Mapping[int, Sequence[str]], quantity_label: str = "a sample"
     ) -> FloatArray:
-        """Convert the texts in cells of lines, given by line index, to numbers; return a one-dimensional array."""
+        """Convert cell texts to a one-dimensional array of numbers; a RecordError names the line of another text."""
         words = [word for cells in cell_texts_by_line_index.values() for word in cells]
         # Python also accepts "nan", "inf" and "1_000", which no format allows.
         if not set("".join(words)) - _NUMBER_CHARACTERS:
@@ -260,7 +260,7 @@ class TextLines:
         return np.array(numbers, dtype=np.float64)
 
     def _check_last_number_is_complete(self) -> None:
-        """Raise a RecordError if the file ends within a number: no newline, and fewer or more decimals than before."""
+        """Raise a RecordError if the file ends without newline, and its last two numbers differ in decimals."""
         words = " ".join(self.lines[-2:]).split()[-2:]
         if not self.ends_with_newline and len(words) == 2 and len(words[0].lstrip("+-")) != len(words[1].lstrip("+-")):
             before, last = (w.partition(".")[2] for w in words)

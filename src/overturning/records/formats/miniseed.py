@@ -145,9 +145,9 @@ def _component_of_trace(
 def _acceleration_from_velocity_trace(obspy_trace: Any, obspy_response: Any, file_name: str) -> FloatArray:
     """Return the acceleration, m/s², from a velocity sensor's trace, by removing its response above 0.02 Hz.
 
-    The band limits the amplification. A water level would be relative to the largest response to acceleration, which a
-    broadband sensor has at its corner period: for 120 s, 60 dB below it is reached at 12 Hz, and higher frequencies
-    would come out too small.
+    The pass band limits the amplification, instead of a water level. A water level is relative to the largest response
+    to acceleration, which a broadband sensor has at its corner period. With a corner period of 120 s, the response is
+    60 dB lower at 12 Hz, so a water level of 60 dB would make the acceleration above 12 Hz too small.
     """
     if not obspy_response.response_stages:
         why = f"response of {obspy_trace.id} has no stages, so it cannot be removed from a velocity sensor"

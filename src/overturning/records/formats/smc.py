@@ -138,7 +138,7 @@ def _flagged_problem_and_longitude_notes(
 def _utc_time_of_first_sample(header_integers: np.ndarray, lines: TextLines) -> datetime | None:
     """Return the UTC time of the first sample from year, day of year and time of day; None if not stated.
 
-    Without milliseconds, a time of whole minutes is that of the earthquake, as in files of digitised film.
+    A time of whole minutes without milliseconds is that of the earthquake (digitised film), so it gives None, too.
     """
     year, day, hour, minute, second, millis = (int(n) for n in header_integers[1:7])
     if (

@@ -149,7 +149,7 @@ def _channel_at_trace_start(
     file_and_channel_label: str,
     report_contradiction_and_remedy: Callable[[str, str], None],
 ) -> Any:
-    """Return the StationXML channel valid at a trace's start; report a contradiction if it is ambiguous or changes."""
+    """Return the StationXML channel at a trace's start; report a contradiction if several differ or it changes."""
     fitting = _channels_active_at_time(obspy_trace, obspy_inventory, obspy_trace.stats.starttime)
     if not fitting:
         why = f"at {obspy_trace.stats.starttime} is not in the StationXML given"
@@ -218,7 +218,7 @@ def _channel_gain_mismatch_notes(
 def _check_first_stage_unit(
     obspy_response: Any, input_unit: str, report_contradiction_and_remedy: Callable[[str, str], None]
 ) -> None:
-    """Report a contradiction if a channel's input is acceleration but its first stage's is velocity, or reverse."""
+    """Report a contradiction if a channel's input is acceleration and its first stage's velocity, or vice versa."""
     first = (obspy_response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
     differ = (acceleration_unit_in_m_s2(input_unit) is None) != (acceleration_unit_in_m_s2(other) is None)
@@ -245,9 +245,9 @@ def _total_stage_gain_and_relative_difference(
 ) -> tuple[float, float]:
     """Return the total gain of a response's stages, and its relative difference from the channel's gain.
 
-    Stages may state their gains at other frequencies than the channel. The product of the stated gains and the product
-    of the gains at the frequency of the channel's gain are compared with it; the closer one is returned. Without
-    stages, or where a stage has no gain, the gain is NaN and the difference 0.
+    Stages may state their gains at other frequencies than the channel. The total gain is either the product of the
+    stated stage gains or that of the stage gains at the channel's frequency, whichever is closer to the channel's gain.
+    Without stages, or if a stage has no gain, the total gain is NaN and the difference 0.
     """
     stages = obspy_response.response_stages or ()
     stated = np.array([float(stage.stage_gain or 0.0) for stage in stages])
@@ -273,10 +273,10 @@ _LAPLACE_VARIABLE_AT_1_HZ_BY_FUNCTION_TYPE: Final = {"LAPLACE (RADIANS/SECOND)":
 def _gain_at_channel_over_at_stage_frequency(
     obspy_response_stage: Any, channel_gain_frequency_hz: float | None
 ) -> float:
-    """Return the gain of a response stage at a frequency, Hz, divided by its gain at the frequency that it states.
+    """Return a response stage's gain at the frequency of the channel's gain over that at the stage's frequency.
 
-    The ratio is 1 for a stage without analogue poles and zeros, or where one of the two frequencies is not stated or
-    has no gain.
+    The ratio is 1 for a stage without analogue poles and zeros, or if one of the two frequencies is not stated, or the
+    gain at one of them is zero or infinite.
     """
     scale = _LAPLACE_VARIABLE_AT_1_HZ_BY_FUNCTION_TYPE.get(
         getattr(obspy_response_stage, "pz_transfer_function_type", "")
@@ -296,10 +296,10 @@ def _gain_at_channel_over_at_stage_frequency(
 def normalise_filter_coefficient_sums_with_notes(
     obspy_response: Any, file_and_channel_label: str
 ) -> tuple[Any, tuple[str, ...]]:
-    """Scale FIR filters of a response so that their coefficients sum to 1; return a note for each one changed.
+    """Return a response with FIR coefficients scaled to the sum 1, and a note for each changed filter.
 
-    evalresp changes the same filters, and prints a line on the terminal for each. Symmetric filters, of which half is
-    stated, are not changed.
+    evalresp would scale the same filters, but print a line on the terminal for each. Sums within 2 % of 1 are kept, and
+    so are symmetric filters, of which the StationXML states only half of the coefficients.
     """
     normalised, notes = copy.deepcopy(obspy_response), []
     for stage in normalised.response_stages:

@@ -113,7 +113,7 @@ def _station_latitude_and_longitude_deg(header: HeaderFields) -> tuple[float, fl
 
 
 def _origin_and_start_times_utc(header: HeaderFields) -> tuple[datetime, datetime]:
-    """Return the UTC times of origin and first sample; the file does not state the day of the first sample."""
+    """Return the UTC times of origin and first sample; the latter's day, not stated, is the nearest to the origin."""
     day = header.field_text("FECHA DEL SISMO")
     origin, start = (
         header.field_utc_time(

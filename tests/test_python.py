@@ -34,7 +34,7 @@ from overturning.dem.numerics import NumericalOptions
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, ResultError
 from overturning.figures.explore import explorer_page_data
 from overturning.figures.ground import pseudo_acceleration_spectra_along_azimuths, smoothed_fourier_spectra
-from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, parse_font_family_and_size
+from overturning.figures.write import parse_font_family_and_size, remove_layout_engine_and_check_if_text_cut_or_overlaps
 from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_dataset_by_azimuth
 from overturning.motion.motion import Motion
@@ -392,7 +392,7 @@ def test_overlapping_axis_labels_give_a_warning() -> None:
         axes.set_yticks([])
         axes.set_xlim(0.0, 1.0)
         FigureCanvasAgg(figure).draw()
-        assert freeze_layout_and_check_if_text_cut_or_overlaps(figure) == told
+        assert remove_layout_engine_and_check_if_text_cut_or_overlaps(figure) == told
 
 
 def test_a_figure_for_a_paper_has_no_title_and_the_requested_font(cube_file: Path, tmp_path: Path) -> None:

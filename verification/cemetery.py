@@ -166,7 +166,11 @@ def draw_population_fall_rates_and_return_markdown(results: StudyResults) -> str
     write_population_fall_rates_figure(results, ROOT / "docs" / "images" / "fall-rate.svg")
     low, middle, high = (
         100 * (one or 0.0)
-        for one in (found.lower_quartile_fall_rate, found.median_fall_rate, found.upper_quartile_fall_rate)
+        for one in (
+            found.lower_quartile_of_fall_rate_over_records,
+            found.median_fall_rate,
+            found.upper_quartile_of_fall_rate_over_records,
+        )
     )
     rows = [
         (

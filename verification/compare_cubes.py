@@ -151,7 +151,7 @@ def main(
     old: Annotated[Path, typer.Argument(help="a cube")],
     newer: Annotated[list[Path], typer.Argument(help="later cubes of the same study, in order")],
 ) -> None:
-    """Print the table of changes between cubes of one study."""
+    """Print a table of how outcomes changed from one results cube of a study to the next, and from first to last."""
     try:
         print(table_of_outcome_changes_between_successive_cubes([old, *newer]))
     except ResultError as error:

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
 from overturning.model.results import CaseResults
 from overturning.model.status import CaseStatus
-from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences
+from overturning.study.answers import OutcomeDifferenceCountsOfTwoComputations, count_outcome_differences
 from verification.inputs import CaseGroup
 from verification.timing import ResultsWithProcessorTime, run_and_measure_min_processor_time
 
@@ -99,10 +99,10 @@ def all_azimuth_and_b_over_h_neighbours_agree(flags: OverturningFlags) -> NDArra
 class DifferencesFromReferenceResults(NamedTuple):
     """Differences between results and a reference: changed flags and sides, rotation errors, and cost."""
 
-    counts_of_all_cases: OutcomeDifferenceCounts
-    counts_where_neighbours_agree: OutcomeDifferenceCounts
+    counts_of_all_cases: OutcomeDifferenceCountsOfTwoComputations
+    counts_where_neighbours_agree: OutcomeDifferenceCountsOfTwoComputations
     """Counts over the cases whose neighbours agree in the reference; empty if the set is not a grid."""
-    counts_of_cases_simulated_in_reference: OutcomeDifferenceCounts
+    counts_of_cases_simulated_in_reference: OutcomeDifferenceCountsOfTwoComputations
     """Counts over the cases that the reference simulates."""
     standing_block_peak_rotation_errors_over_alpha: FloatArray
     """Errors of peak rotation, as a share of α."""
@@ -173,6 +173,6 @@ def percentage(part: float, total: float) -> float:
     return 100.0 * part / total if total else float("nan")
 
 
-def wrong_flag_and_flag_or_side_percentages(counts: OutcomeDifferenceCounts) -> tuple[float, float]:
-    """Return the shares of cases with a wrong flag and of cases with a wrong flag or side, both in percent."""
+def wrong_flag_and_flag_or_side_percentages(counts: OutcomeDifferenceCountsOfTwoComputations) -> tuple[float, float]:
+    """Return two percentages: cases that wrongly fall or stand, and these with those that fall to the wrong side."""
     return percentage(counts.flags, counts.cases), percentage(counts.flags + counts.sides, counts.cases)

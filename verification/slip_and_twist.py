@@ -31,7 +31,7 @@ NEAR_FIELD_RECORD_COUNT: Final = 28
 """Number of near-field records of FEMA P-695, the first of the library."""
 
 AMPLITUDE_FACTORS: Final = (0.6, 1.0)
-ORIENTATIONS_DEG: Final = 22.5 * np.arange(8)
+STONE_ORIENTATIONS_DEG: Final = 22.5 * np.arange(8)
 FRICTIONS: Final = (0.5, 0.7)
 
 MIN_SLIP_M_AND_TWIST_DEG_FOR_RELATIVE_ERROR: Final = {"slip": 0.001, "twist": 0.2}
@@ -48,7 +48,7 @@ def simulate_flag_slip_and_twist_of_shaft(
     model_name: str, model: Stack | Body, height: float, b_over_h: float, threads: int
 ) -> pd.DataFrame:
     """Simulate a shaft; return overturning flag, final slip (m) and |twist| (degrees) by case and time-step divisor."""
-    axes = np.meshgrid(ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
+    axes = np.meshgrid(STONE_ORIENTATIONS_DEG, FRICTIONS, AMPLITUDE_FACTORS, indexing="ij")
     orientation, friction, amplitude = (values.ravel() for values in axes)
     cases, rows = Cases(orientation, height, b_over_h, friction, amplitude), []
     for record, candidate in enumerate(candidate_motions_from_shipped_records()[:NEAR_FIELD_RECORD_COUNT]):

@@ -359,7 +359,7 @@ def test_a_moving_body_dropped_flat_stays_flat_if_friction_is_below_b_over_h(
 def test_whether_a_sliding_body_tips_as_it_lands_flat_depends_on_direction(
     shape: str | int, b_over_h: float, friction: float, along: float, down: float, angle: float, tips: bool
 ) -> None:
-    """The body stays flat if the impact's resultant, µ h ahead of the centre, acts within the base (LCP solver)."""
+    """A body stays flat if the resultant impulse, µ × centre height ahead of the centre, is within the base (LCP)."""
     found = outcome_of_moving_prism_dropped_flat(b_over_h, friction, along, down, 3.0, shape, angle)
     assert found.status.item() == CaseStatus.SIMULATED
     assert found.overturned.item() == tips

@@ -26,7 +26,7 @@ from overturning.figures.style import (
     mark_fault_normal_on_polar_rim,
     use_package_matplotlib_settings,
 )
-from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
+from overturning.figures.write import remove_layout_engine_and_check_if_text_cut_or_overlaps, save_figure_files
 from overturning.statistics.boundary import overturning_boundary_b_over_h_by_azimuth
 from overturning.translation.texts import use_translation_language
 from tests.figures.test_further_figures import cube_of_falls_around_azimuth_40
@@ -116,7 +116,7 @@ def text_boxes(figure: Figure) -> dict[Text, tuple[float, float, float, float]]:
 @pytest.mark.parametrize("make", FUNCTIONS_MAKING_COMPASS_FIGURES)
 def test_no_text_of_a_compass_figure_is_cut_off_or_overlaps(make: Callable[[], Figure], phone: bool) -> None:
     figure = figure_drawn_once_for_all_tests(make, phone)
-    assert not freeze_layout_and_check_if_text_cut_or_overlaps(figure)
+    assert not remove_layout_engine_and_check_if_text_cut_or_overlaps(figure)
     whole = figure.bbox
     for text, (left, low, right, high) in text_boxes(figure).items():
         assert left >= whole.x0, text

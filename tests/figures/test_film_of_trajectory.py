@@ -24,7 +24,7 @@ from overturning.figures.page import film_page_html
 from overturning.figures.response import tilt_path_and_hodographs_figure
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.svg_translation import translate_svg
-from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
+from overturning.figures.write import remove_layout_engine_and_check_if_text_cut_or_overlaps, save_figure_files
 from overturning.model.scene import load_scene, parse_scene_content
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
@@ -391,7 +391,7 @@ def test_axis_figure_of_a_standing_body_has_a_short_title(tmp_path: Path) -> Non
         figure = tilt_path_and_hodographs_figure(path, weak, "title")
         save_figure_files(figure, tmp_path / "axis.svg")
     assert figure.axes[0].get_title().split("\n")[1] == f"stands; largest tilt {float(path['peak_tilt']):.1f}°"
-    assert not freeze_layout_and_check_if_text_cut_or_overlaps(figure)
+    assert not remove_layout_engine_and_check_if_text_cut_or_overlaps(figure)
     assert "転倒せず、最大傾斜" in translate_svg((tmp_path / "axis.svg").read_text(encoding="utf-8"), "ja")
 
 

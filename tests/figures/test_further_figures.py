@@ -46,7 +46,7 @@ from overturning.figures.site_map import (
 from overturning.figures.style import FALL_COLOUR, PAGE_WIDTH_INCHES, use_package_matplotlib_settings
 from overturning.figures.survey import OCTANT_WIDTH_RAD, SurveyFigureData, survey_falls_figure
 from overturning.figures.ticks import limit_ticks_to_axis_range
-from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
+from overturning.figures.write import remove_layout_engine_and_check_if_text_cut_or_overlaps, save_figure_files
 from overturning.model.scene import load_scene
 from overturning.model.status import CaseStatus
 from overturning.motion.motion import Motion
@@ -468,7 +468,7 @@ def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
     with use_package_matplotlib_settings():
         figure = draw_scenes_side_by_side([titled])
         save_figure_files(figure, tmp_path / "scene.svg")
-    assert not freeze_layout_and_check_if_text_cut_or_overlaps(figure)
+    assert not remove_layout_engine_and_check_if_text_cut_or_overlaps(figure)
 
 
 LONG_NAME = "The Great Earthquake of the Northern Coastal Province and Its Many Aftershocks 1999"
@@ -515,7 +515,7 @@ def test_long_and_japanese_names_in_titles_are_not_cut_off(
         figure = draw(name)
         save_figure_files(figure, tmp_path / "a.svg")
     assert not [one for one in recwarn if "constrained_layout" in str(one.message)]
-    assert not freeze_layout_and_check_if_text_cut_or_overlaps(figure)
+    assert not remove_layout_engine_and_check_if_text_cut_or_overlaps(figure)
 
 
 def test_legend_of_fall_alignment_by_b_over_h_has_only_known_reference_directions() -> None:

@@ -26,7 +26,7 @@ from overturning.figures.rose import fall_roses_by_group_figure
 from overturning.figures.scene import draw_scenes_side_by_side
 from overturning.figures.style import use_package_matplotlib_settings
 from overturning.figures.svg_translation import break_lines_and_widen_to_max_line_count, translate_svg
-from overturning.figures.write import freeze_layout_and_check_if_text_cut_or_overlaps, save_figure_files
+from overturning.figures.write import remove_layout_engine_and_check_if_text_cut_or_overlaps, save_figure_files
 from overturning.model.scene import gravestone
 from overturning.records.processing import process_record
 from overturning.records.record import Record
@@ -170,7 +170,7 @@ def test_japanese_names_in_english_figures_are_legible(tmp_path: Path) -> None:
             save_figure_files(figure_showing_text(name), tmp_path / f"{name}.png", tmp_path / f"{name}.svg")
         drawn = figure_showing_text("川")
         FigureCanvasAgg(drawn)
-        assert not freeze_layout_and_check_if_text_cut_or_overlaps(drawn)
+        assert not remove_layout_engine_and_check_if_text_cut_or_overlaps(drawn)
     assert (tmp_path / "一.png").read_bytes() != (tmp_path / "川.png").read_bytes()
     assert "川" in (tmp_path / "川.svg").read_text(encoding="utf-8")
 

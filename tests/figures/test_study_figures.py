@@ -165,7 +165,7 @@ def test_map_is_blank_only_in_azimuth_gaps_wider_than_the_step() -> None:
 
 @pytest.mark.parametrize("azimuth", [[40], [220], [40, 220]])
 def test_map_of_a_single_plane_has_a_sector_on_either_side(azimuth: list[int]) -> None:
-    """Regression: the map of one plane had one sector of 5°, or two half circles, in place of two sectors of 5°."""
+    """With cases in one vertical plane only, a map over azimuth has a 5° sector at both ends of the plane."""
     flags = np.where(np.array(azimuth) < 180, 1.0, -1.0)  # towards 40°
     whole = extend_azimuths_to_full_circle(xr.Dataset({"overturned": ("azimuth", flags)}, {"azimuth": azimuth}))
     angles = whole["azimuth"].to_numpy().astype(float)

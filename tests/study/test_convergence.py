@@ -26,7 +26,11 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import round_samples_to_stored_decimals
 from overturning.settings import EnsembleSettings
-from overturning.study.answers import OutcomeDifferenceCounts, count_outcome_differences, create_outcome_array_to_fill
+from overturning.study.answers import (
+    OutcomeDifferenceCountsOfTwoComputations,
+    count_outcome_differences,
+    create_outcome_array_to_fill,
+)
 from overturning.study.convergence import read_convergence_result
 from overturning.study.convergence_check import (
     rerun_cases_with_finer_steps_and_stiffer_contacts,
@@ -81,8 +85,8 @@ def test_comparison_of_outcomes_counts_each_kind_of_change_once() -> None:
     first = np.array([0, 0, 1, 1, -1, -1, -128, 1, -128], np.int8)
     second = np.array([0, 1, 0, -1, -1, 1, 0, -128, -128], np.int8)
     found = count_outcome_differences(first, second)
-    assert found == OutcomeDifferenceCounts(cases=6, flags=2, fallen=3, sides=2, unanswered=3)
-    assert found + found == OutcomeDifferenceCounts(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
+    assert found == OutcomeDifferenceCountsOfTwoComputations(cases=6, flags=2, fallen=3, sides=2, unanswered=3)
+    assert found + found == OutcomeDifferenceCountsOfTwoComputations(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
 
 
 def test_cases_to_check_are_drawn_without_repetition_or_mirror_images() -> None:

@@ -47,7 +47,7 @@ def test_the_intensity_file_has_measures_by_azimuth_and_of_whole_records(intensi
 
 
 def test_the_spectra_include_the_periods_of_a_population(tmp_path: Path) -> None:
-    """The spectra include a period of 0.5 s that a population names, in addition to their own 61 periods.
+    """The spectra have their own 61 periods, and 0.5 s, a period in the key `population` of the study.
 
     The PSA at this period is that which the spectra module computes.
     """

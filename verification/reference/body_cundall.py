@@ -32,7 +32,7 @@ from overturning.dem.body.centred import (
     slip_direction_and_tilting_share_in_flat_landing,
 )
 from overturning.dem.body.rotation import angular_velocity_from_momentum
-from overturning.dem.body.rules import LOOP_BY_BASE_SHAPE_TAG
+from overturning.dem.body.rules import TIME_STEPPING_LOOP_BY_BASE_SHAPE_TAG
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
     STATE_ROW_LAYOUT,
@@ -604,7 +604,7 @@ def compiled_loop_of_sampling_interval(has_rim: bool) -> Any:
     return advance_bodies_by_sampling_interval
 
 
-LOOP_BY_BASE_SHAPE_TAG.update(
+TIME_STEPPING_LOOP_BY_BASE_SHAPE_TAG.update(
     {
         CundallPolygonalBaseLoopTag: compiled_loop_of_sampling_interval(False),
         CundallRoundBaseLoopTag: compiled_loop_of_sampling_interval(True),

@@ -82,7 +82,9 @@ def load_study_and_records():
         for number, survey in enumerate(study.surveys):
             # Report errors in the survey now, not after the sweep.
             stones = read_counted_stones(Path(survey.stones))
-            check_soil_sites_occur_in_survey_table(study, number, {one.site for one in stones}, where)
+            check_soil_sites_occur_in_survey_table(
+                study, number, {one.site for one in stones}, where
+            )
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that compute nothing need neither the lock nor a repair.

@@ -144,7 +144,7 @@ def _save_figure_by_typst(
         )
 
 
-def freeze_layout_and_check_if_text_cut_or_overlaps(figure: "Figure") -> bool:
+def remove_layout_engine_and_check_if_text_cut_or_overlaps(figure: "Figure") -> bool:
     """Remove the layout engine of a figure; return True if a title or legend is cut off at the edge, or texts overlap.
 
     Without the engine, the panels of the figure keep their positions.
@@ -273,7 +273,7 @@ def save_figure_and_return_text_layout_warning(
             ) from None
     return (
         f"text is cut off or overlaps; {_CUT_OR_OVERLAPPING_TEXT_REMEDY}"
-        if freeze_layout_and_check_if_text_cut_or_overlaps(figure)
+        if remove_layout_engine_and_check_if_text_cut_or_overlaps(figure)
         else ""
     )
 

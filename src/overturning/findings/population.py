@@ -164,9 +164,9 @@ class StonePopulationFindings(FindingBaseClass):
     """Median share of the stones that stand rotated; None for planar models."""
     median_fall_rate: OptionalNumberOrInfinity
     """Median over records (amplitude 1) of the share of the stones that fall."""
-    lower_quartile_fall_rate: OptionalNumberOrInfinity
+    lower_quartile_of_fall_rate_over_records: OptionalNumberOrInfinity
     """First quartile over records of the share of the stones that fall."""
-    upper_quartile_fall_rate: OptionalNumberOrInfinity
+    upper_quartile_of_fall_rate_over_records: OptionalNumberOrInfinity
     """Third quartile over records of the share of the stones that fall."""
     smallest_fall_rate: OptionalNumberOrInfinity
     """Smallest share of the stones that fall under a record."""
@@ -213,9 +213,9 @@ def population_findings(results: StudyResults) -> StonePopulationFindings | None
         if results.model.can_rotate_about_vertical
         else math.nan,
         smallest_fall_rate=quantiles[0],
-        lower_quartile_fall_rate=quantiles[1],
+        lower_quartile_of_fall_rate_over_records=quantiles[1],
         median_fall_rate=quantiles[2],
-        upper_quartile_fall_rate=quantiles[3],
+        upper_quartile_of_fall_rate_over_records=quantiles[3],
         largest_fall_rate=quantiles[4],
         by_record=[
             _population_fall_rate_under_record(results, index) for index in range(len(results.record_ids_and_names))

@@ -26,7 +26,7 @@ def create_outcome_array_to_fill(case_count: int, element_count: int) -> CaseOut
     return answers
 
 
-class OutcomeDifferenceCounts(BaseModel):
+class OutcomeDifferenceCountsOfTwoComputations(BaseModel):
     """Numbers of cases compared between two computations, and of those with different outcomes."""
 
     cases: int  # with an outcome in both
@@ -35,9 +35,12 @@ class OutcomeDifferenceCounts(BaseModel):
     sides: int  # of these, to the other side (3-D: azimuths differ by `MIN_COUNTED_FALL_AZIMUTH_DIFFERENCE_DEG`)
     unanswered: int  # without an outcome in one or both
 
-    def __add__(self, other: "OutcomeDifferenceCounts") -> "OutcomeDifferenceCounts":
-        return OutcomeDifferenceCounts(
-            **{name: getattr(self, name) + getattr(other, name) for name in OutcomeDifferenceCounts.model_fields}
+    def __add__(self, other: "OutcomeDifferenceCountsOfTwoComputations") -> "OutcomeDifferenceCountsOfTwoComputations":
+        return OutcomeDifferenceCountsOfTwoComputations(
+            **{
+                name: getattr(self, name) + getattr(other, name)
+                for name in OutcomeDifferenceCountsOfTwoComputations.model_fields
+            }
         )
 
 
@@ -45,7 +48,7 @@ def count_outcome_differences(
     first_fall_flags: NDArray[np.int8],
     second_fall_flags: NDArray[np.int8],
     fall_azimuth_differs_mask: NDArray[np.bool_] | None = None,
-) -> OutcomeDifferenceCounts:
+) -> OutcomeDifferenceCountsOfTwoComputations:
     """Count the cases in which two arrays of fall flags differ: 1 or −1 (fallen), 0 (stands), −128 (no outcome).
 
     `fall_azimuth_differs_mask` is True for 3-D cases that fall twice but in different directions; in 2-D models the
@@ -60,7 +63,7 @@ def count_outcome_differences(
         else (first_fall_flags != second_fall_flags) | fall_azimuth_differs_mask
     )
     counted = {"cases": known, "flags": known & (fell != fell_too), "fallen": both, "sides": both & other}
-    return OutcomeDifferenceCounts(
+    return OutcomeDifferenceCountsOfTwoComputations(
         **{name: int(mask.sum()) for name, mask in (counted | {"unanswered": ~known}).items()}
     )
 

@@ -6,7 +6,7 @@ from typing import Final
 from pydantic import BaseModel
 
 from overturning.stored import read_json_result
-from overturning.study.answers import OutcomeDifferenceCounts
+from overturning.study.answers import OutcomeDifferenceCountsOfTwoComputations
 
 RELATIVE_AMPLITUDE_PERTURBATION: Final = 1e-9
 """Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
@@ -21,7 +21,7 @@ MAX_CHANGED_SHARE_WITHOUT_WARNING: Final = 0.01
 """Share of changed fall flags above which the report warns; cases whose ensemble members disagree do not count."""
 
 
-class OutcomeChangesOfElement(OutcomeDifferenceCounts):
+class OutcomeChangesOfElement(OutcomeDifferenceCountsOfTwoComputations):
     """Numbers of cases in which a second, more exact computation changes whether or how one scene element falls."""
 
     element: str  # name of the element; "" for a single block

@@ -276,8 +276,8 @@ def _study_from_json(study_json_text: str) -> Study:
 def find_study_with_title_and_figure_settings(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
     """Return the study whose title, question and figure settings apply to a results cube; None without a study.
 
-    This is the given study, otherwise the study file next to the cube if it has the same name, otherwise the study
-    stored in the cube, which has no title and no question.
+    This is the given study; otherwise the study in study.yaml next to the cube, if it is named like the study stored in
+    the cube; otherwise the stored study, which has no title and no question.
     """
     if study is not None:
         return study

@@ -64,7 +64,7 @@ _CLOCK_TOLERANCE_S: Final = 2.0  # s by which the clocks of a file system and of
 
 
 def lock_results_folder_or_refuse(lock_file: Path) -> int | None:
-    """Lock a results folder while this process lives; wait for jobs of an earlier run that still write to it.
+    """Lock a results folder while this process lives, then wait for jobs of a killed run that still write to it.
 
     The operating system releases the lock when the process ends for any reason. Returns the file descriptor, which must
     stay open; None if the file system has no locks. A `ResultError` names the process of another run that holds the

@@ -151,7 +151,7 @@ def is_body_in_flat_landing(base_contact_state_of_earlier_vertices: BodyBaseCont
 
 
 @njit(**INLINE_OPTIONS)
-def longest_landing_time_including_point(
+def longest_remaining_landing_time_including_point(
     longest_landing_time_so_far: float, remaining_landing_time_of_point: float, point_penetration: float
 ) -> float:
     """Return the longest time (s) left of a flat landing among the contact points so far and this one.
@@ -275,8 +275,8 @@ def compute_base_contact_states(
                 if ahead.remaining_flat_landing_time < behind.remaining_flat_landing_time
                 else behind.remaining_flat_landing_time
             )
-            longest = longest_landing_time_including_point(
-                longest_landing_time_including_point(
+            longest = longest_remaining_landing_time_including_point(
+                longest_remaining_landing_time_including_point(
                     LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S, ahead.remaining_flat_landing_time, ahead.penetration
                 ),
                 behind.remaining_flat_landing_time,
@@ -313,7 +313,9 @@ def compute_base_contact_states(
             body_states[SHORTEST_REMAINING_LANDING_TIME_ROW_OFFSET + j] = left if of_base & (left < least) else least
             longest = body_states[LONGEST_REMAINING_LANDING_TIME_ROW_OFFSET + j]
             body_states[LONGEST_REMAINING_LANDING_TIME_ROW_OFFSET + j] = (
-                longest_landing_time_including_point(longest, left, one[POINT_PENETRATION_AT_STEP_START_ROW_OFFSET + j])
+                longest_remaining_landing_time_including_point(
+                    longest, left, one[POINT_PENETRATION_AT_STEP_START_ROW_OFFSET + j]
+                )
                 if of_base
                 else longest
             )

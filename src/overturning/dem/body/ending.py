@@ -69,7 +69,7 @@ def state_sum_for_finite_check(state: BodyState) -> float:
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def body_energy_per_mass(
+def kinetic_gravity_and_spring_energy_per_mass(
     body: BodyConstants, state: BodyState, vertex_rows: Any, vertex_count: int, lane: int
 ) -> float:
     """Return a body's kinetic, gravitational (0 if upright without penetration) and spring energy per mass, m²/s²."""
@@ -237,7 +237,7 @@ def update_peak_tilt_near_end_and_return_status(
         return CaseStatus.SIMULATED
     if sample < record_sample_count:
         return CASE_NOT_ENDED
-    now = body_energy_per_mass(body, s, vertex_rows, count, lane)
+    now = kinetic_gravity_and_spring_energy_per_mass(body, s, vertex_rows, count, lane)
     stands = now < course.energy_needed_to_overturn and body_is_below_critical_tilt(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
@@ -336,7 +336,7 @@ def write_case_results(
     )
     result_row.peak_penetration = peaks.peak_penetration
     balance = (
-        (body_energy_per_mass(body, s, vertex_rows, count, lane) - course.initial_energy)
+        (kinetic_gravity_and_spring_energy_per_mass(body, s, vertex_rows, count, lane) - course.initial_energy)
         - account.base_motion_work_per_mass
         + account.lost_energy_per_mass
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyTrajectory
 from overturning.dem.body.results import outcome_variables_of_bodies
-from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseLoopTag, RoundBaseLoopTag
+from overturning.dem.body.rules import BodyKernelInput, PolygonalBaseTimeSteppingLoopTag, RoundBaseTimeSteppingLoopTag
 from overturning.dem.body.state import PARALLEL_CASE_COUNT, TICKS_PER_WHOLE_STEP
 from overturning.dem.body.statics import (
     MAX_CACHED_SOLIDS,
@@ -127,7 +127,11 @@ class BodySimulationPlan(SimulationPlan3D):
     @property
     def marker_whose_type_selects_base_shape_loop(self) -> Any:
         """Empty tuple whose type selects the compiled time loop: for a round base, or for a base with vertices."""
-        return RoundBaseLoopTag() if self.solids_by_size[0].rim_radius > 0 else PolygonalBaseLoopTag()
+        return (
+            RoundBaseTimeSteppingLoopTag()
+            if self.solids_by_size[0].rim_radius > 0
+            else PolygonalBaseTimeSteppingLoopTag()
+        )
 
     def kernel_input(
         self, case_numbers: NDArray[np.int64], result_tables: dict[str, NDArray[np.void]], step_divisor: int

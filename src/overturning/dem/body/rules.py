@@ -67,21 +67,27 @@ from overturning.dem.kernel.queue import (
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
-class PolygonalBaseLoopTag(NamedTuple):
-    """Type that selects, at compile time, the loop for bodies with a polygonal base (see `LOOP_BY_BASE_SHAPE_TAG`)."""
+class PolygonalBaseTimeSteppingLoopTag(NamedTuple):
+    """Type that selects, at compile time, the loop for bodies with a polygonal base.
+
+    See `TIME_STEPPING_LOOP_BY_BASE_SHAPE_TAG`.
+    """
 
     has_round_base: bool = False
 
 
-class RoundBaseLoopTag(NamedTuple):
-    """Type that selects, at compile time, the loop for bodies with a round base (see `LOOP_BY_BASE_SHAPE_TAG`)."""
+class RoundBaseTimeSteppingLoopTag(NamedTuple):
+    """Type that selects, at compile time, the loop for bodies with a round base.
+
+    See `TIME_STEPPING_LOOP_BY_BASE_SHAPE_TAG`.
+    """
 
     has_round_base: bool = True
 
 
-LOOP_BY_BASE_SHAPE_TAG: Final[dict[type, Any]] = {
-    PolygonalBaseLoopTag: build_time_stepping_loop(False),
-    RoundBaseLoopTag: build_time_stepping_loop(True),
+TIME_STEPPING_LOOP_BY_BASE_SHAPE_TAG: Final[dict[type, Any]] = {
+    PolygonalBaseTimeSteppingLoopTag: build_time_stepping_loop(False),
+    RoundBaseTimeSteppingLoopTag: build_time_stepping_loop(True),
 }
 """Compiled function that attempts time steps, by the type of the tag that selects it."""
 
@@ -97,7 +103,7 @@ class BodyKernelInput(NamedTuple):
     """Results to fill in, of type `RESULT_TABLE_DTYPE`, shape (n,)."""
     ground_motion: BaseAccelerationsAndMaximaInWindowAhead
     marker_whose_type_selects_base_shape_loop: Any
-    """Value whose type, a key of `LOOP_BY_BASE_SHAPE_TAG`, selects the time loop."""
+    """Value whose type, a key of `TIME_STEPPING_LOOP_BY_BASE_SHAPE_TAG`, selects the time loop."""
     body_constants_by_size: NDArray[np.void]
     """Constants of the bodies, of type `BODY_TABLE_DTYPE`, shape (bodies,)."""
     vertices_and_base_edges_by_size: FloatArray
@@ -118,7 +124,7 @@ class ParallelBodiesStateArrays(NamedTuple):
     """Rows of the vertices: a view of `state`."""
 
 
-select_time_stepping_loop_by_base_shape = create_lookup_by_type(LOOP_BY_BASE_SHAPE_TAG)
+select_time_stepping_loop_by_base_shape = create_lookup_by_type(TIME_STEPPING_LOOP_BY_BASE_SHAPE_TAG)
 """Return the loops of bodies, selected by the type of their loop selector."""
 
 

@@ -19,7 +19,10 @@ from overturning.dem.body.access import (
     store_termination_limits,
     store_vertex,
 )
-from overturning.dem.body.ending import body_energy_per_mass, vertical_angular_momentum_about_origin_per_mass
+from overturning.dem.body.ending import (
+    kinetic_gravity_and_spring_energy_per_mass,
+    vertical_angular_momentum_about_origin_per_mass,
+)
 from overturning.dem.body.state import (
     PARALLEL_CASE_COUNT,
     BodyConstants,
@@ -97,7 +100,8 @@ def write_body_constants_and_initial_state(
         case_table_row.cannot_start_moving_from_sample,
         case_table_row.end_sample_if_undecided,
         case_table_row.first_simulated_sample * sampling_interval_s,
-        body_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane), barrier,
+        kinetic_gravity_and_spring_energy_per_mass(body, begin, vertex_rows, vertices_and_base_edges.shape[0], lane),
+        barrier,
     ))  # fmt: skip
     body_states[REST_ACCELERATION_LIMIT_ROW_OFFSET + lane] = case_table_row.max_base_acceleration_without_motion_g
     store_termination_limits(body_states, lane, BodyTerminationLimits(

@@ -343,7 +343,7 @@ def element_tilt_slip_and_energy_are_small(element: ElementState, energy_needed_
     """True if tilt, slip and kinetic energy of an element are small shares of those at which it could fall."""
     return bool(
         abs(element.pose.angle)
-        < MAX_TILT_OVER_CRITICAL_ANGLE_TO_STAND_FOR_GOOD * element.constants.critical_or_fall_angle
+        < MAX_TILT_OVER_CRITICAL_ANGLE_TO_STAND_FOR_GOOD * element.constants.critical_angle_or_else_fall_rotation
         and abs(element.slip_fall_side_and_last_upright_time.current_slip_on_support)
         < MAX_SLIP_OVER_HALF_HEIGHT_TO_STAND_FOR_GOOD
         * abs(element.rest_pose_and_slip_measurement_points.base_point_z_in_element_axes)
@@ -358,7 +358,7 @@ def any_peak_rotation_can_grow(
     """True if the scene's energy above its initial energy (J) could rotate an element beyond its peak rotation."""
     for e in range(fall_and_support_table.size):
         item = rows.load_element_state(rows.slice_element_rows(case_states, e), lane)
-        reached = larger_peak_rotation_of_both_sides(item) / item.constants.critical_or_fall_angle
+        reached = larger_peak_rotation_of_both_sides(item) / item.constants.critical_angle_or_else_fall_rotation
         if fall_and_support_table[e].is_free == 0.0 or reached < 1e-3:
             continue
         share = min(

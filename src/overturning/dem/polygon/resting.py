@@ -188,7 +188,7 @@ def all_free_elements_tilt_far_below_critical_angle(case_states: Any, lane: int,
         item = rows.load_element_state(rows.slice_element_rows(case_states, i), lane)
         if (
             fall_and_support_table[i].is_free > 0.0
-            and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle
+            and abs(item.pose.angle) >= MAX_TILT_RATIO_AT_REST * item.constants.critical_angle_or_else_fall_rotation
         ):
             return False
     return True
@@ -215,10 +215,15 @@ def all_elements_at_rest_in_initial_position(case_states: Any, lane: int, scene_
         tilt, slip = abs(item.pose.angle), abs(item.slip_fall_side_and_last_upright_time.current_slip_on_support)
         if (
             item.slip_fall_side_and_last_upright_time.fall_side != 0.0
-            or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_or_fall_angle
+            or tilt > MAX_TILT_RATIO_AT_REST * item.constants.critical_angle_or_else_fall_rotation
         ):
             return False
-        if slip > MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT * item.constants.critical_or_fall_angle * height:
+        if (
+            slip
+            > MAX_REST_SLIP_OVER_ALPHA_TIMES_CENTRE_HEIGHT
+            * item.constants.critical_angle_or_else_fall_rotation
+            * height
+        ):
             return False
         v, a = item.velocity, item.acceleration
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.angular), abs(a.x) + abs(a.z) + height * abs(a.angular)

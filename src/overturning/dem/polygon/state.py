@@ -111,7 +111,7 @@ class ElementConstants(NamedTuple):
     """0 if the element moves with the base, else 1: it then has inertial forces in the frame of the base."""
     is_fixed_in_space: float
     """1 if the element is fixed in space, else 0."""
-    critical_or_fall_angle: float
+    critical_angle_or_else_fall_rotation: float
     """Critical angle α, rad; for an element that has none, the rotation at which it has fallen."""
     max_recoverable_rotation_to_minus_x: float
     """Rotation to −x up to which the element can come back, rad."""

@@ -4,7 +4,7 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.base_contact import longest_landing_time_including_point
+from overturning.dem.body.base_contact import longest_remaining_landing_time_including_point
 from overturning.dem.body.state import LONGEST_LANDING_TIME_WITHOUT_LOADED_POINTS_S
 from overturning.dem.kernel.lanes import INLINE_OPTIONS
 from overturning.dem.stack.joint_state import (
@@ -122,7 +122,7 @@ def add_point_to_landing_times_and_height_range(
         )
         else landing_times_and_heights.shortest_remaining_impact_time_in_flat_landing
     )
-    longest = longest_landing_time_including_point(
+    longest = longest_remaining_landing_time_including_point(
         landing_times_and_heights.longest_flat_landing_time_left_of_loaded_points,
         point_state_at_step_start.remaining_flat_landing_time,
         point_state_at_step_start.penetration,

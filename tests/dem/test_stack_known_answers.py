@@ -42,9 +42,10 @@ def stone_sizes(scene: Scene) -> np.ndarray[Any, Any]:
 
 
 def horizontal_to_vertical_ratio_opening_joint(scene: Scene, joint: int, angle: float) -> float:
-    """Return the ratio of horizontal to vertical acceleration at which a joint opens, along an angle, degrees.
+    """Return the ratio of horizontal to vertical acceleration at which a joint opens.
 
-    A joint is the contact of a stone with the one below; 0 is the lowest.
+    A joint is the contact of a stone with the one below; 0 is the lowest. The angle, degrees, is that from the width
+    of the stones to the horizontal acceleration.
     """
     sizes, turn = stone_sizes(scene), np.radians(angle)
     mass, tops = sizes.prod(axis=1), np.cumsum(sizes[:, 2])

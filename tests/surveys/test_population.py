@@ -334,7 +334,7 @@ def test_fragility_fits_separate_spread_of_records_from_that_of_stones() -> None
 
 @pytest.mark.parametrize("agree", [1, 2, 3])
 def test_agreement_share_equal_in_all_earthquakes_has_an_interval_of_nonzero_width(agree: int) -> None:
-    """Equally many of the four motions of each of ten earthquakes agree; the interval allows for other earthquakes."""
+    """In ten earthquakes the same share of motions agrees with the survey rule; the interval still has a width."""
     selected = np.ones((10, 4), np.bool_)
     events = np.array([f"earthquake {number}" for number in range(10)])
     found = share_of_compared_motions_with_interval(np.arange(4) < np.full((10, 1), agree), selected, events)

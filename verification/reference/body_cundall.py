@@ -464,7 +464,7 @@ def add_contact_forces_at_rim_point_pair(
     lean_component: float,
     transverse_component: float,
 ) -> None:
-    """Add the contact forces at a pair of opposite points of the rim, for all bodies."""
+    """Add, for each body, the contact forces at two opposite points of the rim of its round base."""
     for j in range(lane_count):
         body, s, f = load_body(state, j), load_body_state(state, j), load_rotation_matrix(state, j)
         dt = body.tick_length_s * TICKS_PER_STEP

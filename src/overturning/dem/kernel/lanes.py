@@ -237,7 +237,7 @@ class ElementwiseTupleFunctions(NamedTuple):
 
 @cache
 def create_tuple_sum_difference_and_maximum_functions(tuple_type: type) -> ElementwiseTupleFunctions:
-    """Return compiled functions that add, subtract or compare two named tuples of a type element by element."""
+    """Return compiled functions for the elementwise sum, difference and maximum of two named tuples of a type."""
     name = f"{tuple_type.__module__}.{tuple_type.__qualname__}"
 
     def llvm_code_for_larger_number(builder: Any, first_llvm_number: Any, second_llvm_number: Any) -> Any:

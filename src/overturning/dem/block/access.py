@@ -33,8 +33,9 @@ load_peaks_and_last_upright_tick, store_peaks_and_last_upright_tick, _ = STATE_R
 load_energy_account = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockEnergyAccount).load
 load_case_progress, store_case_progress, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseProgress)
 load_accelerations_from_base_motion = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load
-store_next_step_to_attempt, store_step_lengths_and_doubling_counts = (
-    STATE_ROW_LAYOUT.tuple_reader_and_writer(of).store for of in (NextStepToAttempt, CaseStepLengthsAndDoublingCounts)
+store_next_step_to_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt).store
+load_step_lengths_and_doubling_counts, store_step_lengths_and_doubling_counts, _ = (
+    STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts)
 )
 load_signed_friction_or_zero_if_sticking, store_signed_friction_or_zero, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
     SignedFrictionCoefficientOrZeroIfSticking

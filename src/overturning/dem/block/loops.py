@@ -13,14 +13,17 @@ from numba import njit, types
 from numba.extending import overload
 
 from overturning.dem.block import centred, commit, cundall
+from overturning.dem.block.access import (
+    load_accelerations_from_base_motion,
+    load_block_constants,
+    load_step_lengths_and_doubling_counts,
+)
 from overturning.dem.block.centred import LONGEST_PREDICTED_FORCE_STEP_IN_SHORTEST_STEPS
 from overturning.dem.block.landing import block_lands_flat, flat_landing_slides_mu_and_moment_factor
 from overturning.dem.block.state import (
     STATE_ROW_LAYOUT,
     AssumedCornerContact,
-    BlockAccelerationsFromBaseMotion,
     BlockAfterAttemptedStep,
-    BlockConstants,
     BlockEnergyAccount,
     BlockPeaksAndLastUprightTick,
     BlockPredictedAtStepEnd,
@@ -31,7 +34,6 @@ from overturning.dem.block.state import (
 )
 from overturning.dem.kernel.clock import (
     BLOCK_STEP_CONTROL,
-    CaseStepLengthsAndDoublingCounts,
     NextStepToAttempt,
     decide_rejection_sliding_and_next_step,
 )
@@ -75,11 +77,6 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
     unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
     solution = (
         centred.solve_velocity_corrections if with_friction else centred.solve_frictionless_step_velocity_corrections
-    )
-    load_block_constants, load_accelerations_from_base_motion, load_step_lengths_and_doubling_counts = (
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load,
     )
     load_block_state = STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockState, unused_fields=unused).load
     load_next_step_to_attempt = STATE_ROW_LAYOUT.tuple_reader_and_writer(NextStepToAttempt, unused_fields=unused).load
@@ -158,10 +155,6 @@ def create_centred_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_friction: bool) -> Any:
     """Return the centred scheme's compiled loop that computes contact forces and accepts or rejects block steps."""
     unused = unused_block_state_fields(with_vertical_base_motion, with_friction)
-    load_block_constants, load_step_lengths_and_doubling_counts = (
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(CaseStepLengthsAndDoublingCounts).load,
-    )
     load_block_state, _, store_block_state_unless_rejected = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockState, unused_fields=unused
     )
@@ -221,9 +214,8 @@ def create_centred_step_completion_loop(with_vertical_base_motion: bool, with_fr
             assumed = commit.assumed_signed_friction_for_next_attempt(
                 mu_if_sliding, fine, both, attempt.repetitions_with_corrected_sliding_so_far > 0.0, sooner
             )
-            accepted = BlockAfterAttemptedStep(
-                s, load_peaks_and_last_upright_tick(state, j), load_energy_account(state, j)
-            )
+            peaks, energy = load_peaks_and_last_upright_tick(state, j), load_energy_account(state, j)
+            accepted = BlockAfterAttemptedStep(s, peaks, energy)
             accepted = commit.compute_block_state_after_step_if_accepted(
                 block, accepted, w, d, both, length, with_vertical_base_motion, with_friction
             )
@@ -242,10 +234,6 @@ def create_cundall_time_stepping_loop(with_vertical_base_motion: bool, with_fric
 
     It is compiled with or without vertical base motion, and with or without friction.
     """
-    load_block_constants, load_accelerations_from_base_motion = (
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockConstants).load,
-        STATE_ROW_LAYOUT.tuple_reader_and_writer(BlockAccelerationsFromBaseMotion).load,
-    )
     load_block_state, store_block_state, _ = STATE_ROW_LAYOUT.tuple_reader_and_writer(
         BlockState, unused_fields=["normal_force_per_mass"]
     )

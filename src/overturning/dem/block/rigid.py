@@ -14,6 +14,13 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.block.tables import RIGID_CASE_TABLE_DTYPE
+from overturning.dem.block.taylor_series import (
+    BaseAccelerationAndGravityLinearInTime,
+    fill_higher_taylor_coefficients,
+    find_series_root,
+    series_certainly_keeps_sign,
+    series_value_and_slope,
+)
 from overturning.dem.kernel.lanes import COMPILE_OPTIONS, INTERNAL_COMPILE_OPTIONS
 from overturning.dem.kernel.mechanics import normalise_cosine_and_sine
 from overturning.dem.limits import MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD
@@ -38,19 +45,6 @@ SHORTEST_STEP_IN_SAMPLES: Final = 2.0**-30
 MAX_REST_ANGULAR_VELOCITY_TO_P_RATIO: Final = 1e-6
 """Angular velocity, in units of p, below which a block that lands comes to rest. In the same 5544 cases, 1e-9 changes
 no side, 1e-4 changes three."""
-
-ROOT_TIME_TOLERANCE_IN_SAMPLES: Final = 1e-15
-"""Accuracy of the times of impacts and turning points, as a share of a sample."""
-
-
-class BaseAccelerationAndGravityLinearInTime(NamedTuple):
-    """Base acceleration and apparent gravity over g, linear in time until the next sample; slopes are per sample."""
-
-    horizontal_in_g_at_time_zero: float
-    horizontal_slope_per_sample: float
-    apparent_gravity_over_g_at_time_zero: float
-    """Apparent gravity over g, 1 + a_up/g."""
-    apparent_gravity_slope_per_sample: float
 
 
 class RigidRockingOutcomes(NamedTuple):
@@ -98,74 +92,6 @@ def _rocking_side_and_waiting_time(
 
 
 @njit(**INTERNAL_COMPILE_OPTIONS)
-def _fill_higher_taylor_coefficients(
-    taylor_coefficients_by_quantity: Any,
-    rocking_side: float,
-    base_motion: BaseAccelerationAndGravityLinearInTime,
-    squared_product_of_p_and_sampling_interval: float,
-) -> None:
-    """Compute the Taylor coefficients of a rocking block's motion in a step from the motion at the start of the step.
-
-    The rows of `taylor_coefficients_by_quantity`, shape (6, order + 1), are angle, velocity, sin and cos of (α −
-    angle), acceleration, jerk; the first coefficients of the first four rows are given. Time is in samples. Angles are
-    positive towards the side (±1) to which the block leans.
-    """
-    series, side = taylor_coefficients_by_quantity, rocking_side
-    angle, velocity, sine, cosine, acceleration, jerk = series[0], series[1], series[2], series[3], series[4], series[5]
-    slope = base_motion.horizontal_slope_per_sample
-    for k in range(angle.size - 1):
-        drive = -side * base_motion.horizontal_in_g_at_time_zero * cosine[k]
-        drive -= base_motion.apparent_gravity_over_g_at_time_zero * sine[k]
-        if k > 0:
-            drive -= side * slope * cosine[k - 1] + base_motion.apparent_gravity_slope_per_sample * sine[k - 1]
-        of_sine, of_cosine = 0.0, 0.0
-        for j in range(k + 1):
-            of_sine -= velocity[j] * cosine[k - j]
-            of_cosine += velocity[j] * sine[k - j]
-        acceleration[k] = squared_product_of_p_and_sampling_interval * drive
-        angle[k + 1], velocity[k + 1] = velocity[k] / (k + 1), acceleration[k] / (k + 1)
-        if k > 0:
-            jerk[k - 1] = k * acceleration[k]
-        sine[k + 1], cosine[k + 1] = of_sine / (k + 1), of_cosine / (k + 1)
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def _series_value_and_slope(taylor_coefficients: Any, time_from_step_start_in_samples: float) -> tuple[float, float]:
-    """Return the value and the slope (per sample) of a Taylor series about the start of a step, at a time in it."""
-    value, slope, time = 0.0, 0.0, time_from_step_start_in_samples
-    for k in range(taylor_coefficients.size - 1, -1, -1):
-        slope, value = slope * time + value, value * time + taylor_coefficients[k]
-    return value, slope
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def _find_series_root(
-    taylor_coefficients: Any, earliest_time_in_samples: float, latest_time_in_samples: float
-) -> float:
-    """Return the root of a Taylor series between two times (in samples), by Newton's method and bisection."""
-    low, high = earliest_time_in_samples, latest_time_in_samples
-    rises = _series_value_and_slope(taylor_coefficients, high)[0] > 0.0
-    t = 0.5 * (low + high)
-    for _ in range(100):
-        value, slope = _series_value_and_slope(taylor_coefficients, t)
-        low, high = (low, t) if (value > 0.0) == rises else (t, high)
-        before, t = t, t - value / slope if slope != 0.0 else low
-        t = t if low <= t <= high else 0.5 * (low + high)
-        if abs(t - before) <= ROOT_TIME_TOLERANCE_IN_SAMPLES:
-            break
-    return t
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
-def _series_certainly_keeps_sign(taylor_coefficients: Any, step_length_in_samples: float) -> bool:
-    """True if a Taylor series has no zero in a step, since its first term exceeds the sum of all others in size."""
-    others = 0.0
-    for k in range(taylor_coefficients.size - 1, 0, -1):
-        others = (others + abs(taylor_coefficients[k])) * step_length_in_samples
-    return bool(abs(taylor_coefficients[0]) > others)
-
-
-@njit(**INTERNAL_COMPILE_OPTIONS)
 def _limit_step_to_two_turning_points(taylor_coefficients_by_quantity: Any, step_length_in_samples: float) -> float:
     """Return a step's length, halved until the rotation of the block has at most two turning points in the step.
 
@@ -173,9 +99,9 @@ def _limit_step_to_two_turning_points(taylor_coefficients_by_quantity: Any, step
     """
     series, length = taylor_coefficients_by_quantity, step_length_in_samples
     while length > SHORTEST_STEP_IN_SAMPLES and not (
-        _series_certainly_keeps_sign(series[1], length)
-        or _series_certainly_keeps_sign(series[4], length)
-        or _series_certainly_keeps_sign(series[5], length)
+        series_certainly_keeps_sign(series[1], length)
+        or series_certainly_keeps_sign(series[4], length)
+        or series_certainly_keeps_sign(series[5], length)
     ):
         length *= 0.5
     return length
@@ -193,14 +119,14 @@ def _first_two_turning_point_times(
     velocity, acceleration = taylor_coefficients_by_quantity[1], taylor_coefficients_by_quantity[4]
     speeds_up, end = starts_to_rock_at_step_start or acceleration[0] > 0.0, step_length_in_samples
     between = end
-    if speeds_up != (_series_value_and_slope(acceleration, end)[0] > 0.0):
-        between = _find_series_root(acceleration, 0.0, end)
+    if speeds_up != (series_value_and_slope(acceleration, end)[0] > 0.0):
+        between = find_series_root(acceleration, 0.0, end)
     rises = velocity[0] > 0.0 or (velocity[0] == 0.0 and speeds_up)
     then, last = (
-        _series_value_and_slope(velocity, between)[0] > 0.0, _series_value_and_slope(velocity, end)[0] > 0.0,
+        series_value_and_slope(velocity, between)[0] > 0.0, series_value_and_slope(velocity, end)[0] > 0.0,
     )  # fmt: skip
-    first = _find_series_root(velocity, 0.0, between) if rises != then else end
-    second = _find_series_root(velocity, between, end) if then != last else end
+    first = find_series_root(velocity, 0.0, between) if rises != then else end
+    second = find_series_root(velocity, between, end) if then != last else end
     return min(first, second), max(first, second)
 
 
@@ -214,8 +140,8 @@ def _landing_time(
     """Return the time from a step's start at which a rocking block lands on its base, in samples; infinity if none."""
     low = 0.0
     for high in (first_turning_time_in_samples, second_turning_time_in_samples, step_length_in_samples):
-        if _series_value_and_slope(angle_taylor_coefficients, high)[0] < 0.0:
-            return _find_series_root(angle_taylor_coefficients, low, high)
+        if series_value_and_slope(angle_taylor_coefficients, high)[0] < 0.0:
+            return find_series_root(angle_taylor_coefficients, low, high)
         low = high
     return np.inf
 
@@ -254,9 +180,9 @@ def _peak_angle_and_whether_case_ends(
     peak = peak_angle_so_far_rad
     for time in turning_times_in_samples:
         if time < landing_or_step_end_in_samples:
-            peak = max(peak, _series_value_and_slope(angle_taylor_coefficients, time)[0])
+            peak = max(peak, series_value_and_slope(angle_taylor_coefficients, time)[0])
             if peak >= 0.5 * np.pi or (
-                record_has_ended and _series_value_and_slope(angular_velocity_taylor_coefficients, time)[1] < 0.0
+                record_has_ended and series_value_and_slope(angular_velocity_taylor_coefficients, time)[1] < 0.0
             ):
                 return peak, True
     return peak, False
@@ -300,11 +226,11 @@ def _simulate_fall_side_and_peak_angle(
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, sin_alpha, cos_alpha
             end = min((np.floor(t * step_count + 1e-9) + 1.0) / step_count, 1.0)
-            _fill_higher_taylor_coefficients(series, side, _base_motion_with_later_origin(sample, t), square)
+            fill_higher_taylor_coefficients(series, side, _base_motion_with_later_origin(sample, t), square)
             length = _limit_step_to_two_turning_points(series, end - t)
             end = end if length == end - t else t + length
             first, second = _first_two_turning_point_times(series, length, starts)
-            then, rate = _series_value_and_slope(angle, length)[0], _series_value_and_slope(velocity, length)[0]
+            then, rate = series_value_and_slope(angle, length)[0], series_value_and_slope(velocity, length)[0]
             if starts and first == length and then <= 0.0:  # the uplift is below rounding
                 side, t = 0.0, end
                 continue
@@ -315,12 +241,12 @@ def _simulate_fall_side_and_peak_angle(
             if ends:
                 return (side, 0.5 * np.pi) if peak >= 0.5 * np.pi else (0.0, peak)
             if hit <= length:
-                angle[0], velocity[0] = 0.0, -case.restitution_coefficient * _series_value_and_slope(angle, hit)[1]
+                angle[0], velocity[0] = 0.0, -case.restitution_coefficient * series_value_and_slope(angle, hit)[1]
                 sine[0], cosine[0] = sin_alpha, cos_alpha
                 t, side = t + hit, -side if velocity[0] >= case.max_rest_angular_velocity_rad_per_sample else 0.0
                 continue
             cosine[0], sine[0] = normalise_cosine_and_sine(
-                _series_value_and_slope(cosine, length)[0], _series_value_and_slope(sine, length)[0]
+                series_value_and_slope(cosine, length)[0], series_value_and_slope(sine, length)[0]
             )
             t, angle[0], velocity[0] = end, then, rate
             if then >= 0.5 * np.pi:

@@ -160,6 +160,29 @@ def vertex_positions_from_contact_solution(
     )
 
 
+@njit(**INLINE_OPTIONS)
+def contact_changes_including_pair(
+    changes: StepContactChangesAsFloats, solved_1: SolvedPlanarContactPoint, solved_2: SolvedPlanarContactPoint
+) -> StepContactChangesAsFloats:
+    """Return the contact changes of a scene in a step, together with those of both contact points of a pair."""
+    slide = (
+        (solved_1.signed_friction_coefficient_or_zero_if_sticking != 0.0)
+        & (solved_2.signed_friction_coefficient_or_zero_if_sticking != 0.0)
+        & (solved_1.result_at_step_end.force.normal_force + solved_2.result_at_step_end.force.normal_force > 0.0)
+    )
+    changed = solved_1.contact_opened_closed_or_switched_vertex | solved_2.contact_opened_closed_or_switched_vertex
+    wrong_slip = solved_1.has_wrong_slip_assumption | solved_2.has_wrong_slip_assumption
+    against_slip = solved_1.has_velocity_against_assumed_slip | solved_2.has_velocity_against_assumed_slip
+    reversed_friction = solved_1.friction_sign_changed_in_step | solved_2.friction_sign_changed_in_step
+    return StepContactChangesAsFloats(
+        1.0 if changed else changes.contact_or_nearest_faces_changed,
+        1.0 if wrong_slip else changes.has_wrong_slip_assumption,
+        1.0 if against_slip else changes.has_velocity_against_assumed_slip,
+        1.0 if slide else changes.pair_slides_on_both_points,
+        1.0 if reversed_friction else changes.friction_sign_changed_in_step,
+    )
+
+
 @njit(**NO_ALIAS_COMPILE_OPTIONS)
 def add_solved_pair_forces_and_store_trial_history(
     pair_state_rows: Any, element_a_state_rows: Any, element_b_state_rows: Any, scene_state_rows: Any
@@ -179,11 +202,10 @@ def add_solved_pair_forces_and_store_trial_history(
             pair.contact_law,
             step.contact_segment,
         )
-        fine, half, old = (
+        fine, half = (
             step_resolves_contact_vibration(case),
             0.5 * (case.tick_duration * case.current_step_length_and_repetitions.length_in_ticks),
-            case.contact_changes,
-        )  # fmt: skip
+        )
         moves = (
             RelativeVelocityAndConstantsOfPair(
                 velocity_of_a_relative_to_b(on.velocity_at_step_end, by.velocity_at_step_end),
@@ -238,21 +260,9 @@ def add_solved_pair_forces_and_store_trial_history(
             s1.signed_friction_coefficient_or_zero_if_sticking,
             s2.signed_friction_coefficient_or_zero_if_sticking,
         )
-        slide = (
-            (s1.signed_friction_coefficient_or_zero_if_sticking != 0.0)
-            & (s2.signed_friction_coefficient_or_zero_if_sticking != 0.0)
-            & (end_1.force.normal_force + end_2.force.normal_force > 0.0)
+        rows.store_largest_contact_changes(
+            scene_state_rows, j, contact_changes_including_pair(case.contact_changes, s1, s2)
         )
-        changed = s1.contact_opened_closed_or_switched_vertex | s2.contact_opened_closed_or_switched_vertex
-        rows.store_largest_contact_changes(scene_state_rows, j, StepContactChangesAsFloats(
-            1.0 if changed else old.contact_or_nearest_faces_changed,
-            1.0 if s1.has_wrong_slip_assumption | s2.has_wrong_slip_assumption else old.has_wrong_slip_assumption,
-            1.0 if s1.has_velocity_against_assumed_slip | s2.has_velocity_against_assumed_slip
-            else old.has_velocity_against_assumed_slip,
-            1.0 if slide else old.pair_slides_on_both_points,
-            1.0 if s1.friction_sign_changed_in_step | s2.friction_sign_changed_in_step
-            else old.friction_sign_changed_in_step,
-        ))  # fmt: skip
 
 
 @njit(**NO_ALIAS_COMPILE_OPTIONS)

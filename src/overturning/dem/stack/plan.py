@@ -13,8 +13,6 @@ from overturning.dem.body.plan import (
     base_motion_indices_cosines_and_accelerations,
     sample_ranges_able_to_move_3d_model_at_rest,
 )
-from overturning.dem.body.step_control import longest_step_count_per_sample_and_step_control
-from overturning.dem.kernel.clock import STACK_STEP_CONTROL
 from overturning.dem.limits import (
     MAX_PENETRATION_TO_HALF_SIDE_RATIO,
     MAX_ROCKING_TIME_CONSTANTS_AFTER_RECORD,
@@ -50,6 +48,7 @@ from overturning.dem.stack.statics import (
     spring_energy_at_rest,
     stone_constants_and_initial_states_table,
 )
+from overturning.dem.stack.step_control import steps_per_sample_and_step_control_of_stacks
 from overturning.dem.stack.tables import CASE_TABLE_DTYPE, RESULT_TABLE_DTYPE, STONE_RESULT_TABLE_DTYPE
 from overturning.dem.time_step import IntegrationScheme, parse_scheme, rocking_time_constant
 from overturning.errors import ArgumentError
@@ -59,9 +58,6 @@ from overturning.model.stack_checks import reasons_stones_do_not_stand
 from overturning.model.stack_stones import StackStone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-
-CAP_ON_MIN_ALLOWED_STEP_TICKS: Final = TICKS_PER_WHOLE_STEP / 512.0
-"""Longest finest step, ticks, also where the contacts vibrate slowly: the landing of a stone needs it."""
 
 STACK_TO_BODY_WHOLE_STEP_LENGTH_RATIO: Final = 2.0
 """Whole step over that of a single 3-D body.
@@ -319,20 +315,8 @@ def plan_stack_simulation(
     interval, samples = motion.sampling_interval, motion.sample_count
     damping = np.asarray(cases.damping_factor)
     rate = (square * delay)[which] * damping
-    steps, pace = longest_step_count_per_sample_and_step_control(
-        numerics,
-        square[which],
-        rate,
-        interval,
-        STACK_TO_BODY_WHOLE_STEP_LENGTH_RATIO * period[which],
-        STACK_STEP_CONTROL,
-    )
-    pace["min_allowed_step_ticks"] = np.minimum(pace["min_allowed_step_ticks"], CAP_ON_MIN_ALLOWED_STEP_TICKS)
-    # When the vibration of a light stone has decayed, that of the heavy stones around it goes on.
-    pace["long_steps_before_doubling"] = np.where(
-        pace["min_allowed_step_ticks"] < CAP_ON_MIN_ALLOWED_STEP_TICKS,
-        pace["steps_before_doubling_after_contact_change"],
-        pace["long_steps_before_doubling"],
+    steps, pace = steps_per_sample_and_step_control_of_stacks(
+        numerics, square[which], rate, interval, STACK_TO_BODY_WHOLE_STEP_LENGTH_RATIO * period[which]
     )
     rest_share = np.zeros(cases.case_count)
     if numerics.leave_out:

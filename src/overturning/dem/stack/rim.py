@@ -50,7 +50,7 @@ from overturning.dem.stack.joint_state import (
     JointRelativePoseAndVelocity,
     LoadSumsToFindContactNormal,
 )
-from overturning.dem.stack.patch import predicted_motion_relative_to_contact_frame
+from overturning.dem.stack.relative_motion import predicted_motion_relative_to_contact_frame
 
 OVERHANG_TO_SIDE_DISTANCE_FOR_FULL_RIM_NORMAL: Final = 0.005
 """Overhang from which the rim's normal counts in full, as a share of the distance of that side from the centre.

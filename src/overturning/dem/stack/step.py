@@ -34,8 +34,6 @@ from overturning.dem.stack.patch import (
     any_stack_uses_contact_point,
     place_partial_patch_points_with_stiffness,
     predict_base_corner_positions,
-    predict_lowest_stone_motion_relative_to_ground,
-    predict_motion_relative_to_stone_below,
     update_corner_rim_distance_and_check_full_support,
 )
 from overturning.dem.stack.predict_loops import (
@@ -49,6 +47,10 @@ from overturning.dem.stack.predict_loops import (
     rotate_joint_equations_to_ground_axes,
     solve_velocity_corrections_of_lowest_stones,
     start_step_and_predict_inertial_acceleration,
+)
+from overturning.dem.stack.relative_motion import (
+    predict_lowest_stone_motion_relative_to_ground,
+    predict_motion_relative_to_stone_below,
 )
 from overturning.dem.stack.rim import (
     express_point_in_mean_normal_frame,

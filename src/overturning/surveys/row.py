@@ -312,8 +312,8 @@ class SurveyRow(BaseModel):
     ) -> tuple["SurveyRow | None", list[str]]:
         """Validate the cells of a survey row; return the row (None if invalid) and all error messages.
 
-        If a cell is wrong, the rules between the other columns are checked all the same. With ``requires_outcome``
-        False, a row without any outcome is no error.
+        If one cell is wrong, the rules that relate the other columns to each other are still checked. If
+        `requires_outcome` is False, a row without any outcome is no error.
         """
         context: dict[str, Any] = {"no_outcome": not requires_outcome}
         adapter = TypeAdapter(cls)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.model.planes import mask_of_azimuths_before_gap_and_grid_step, plane_azimuth_period_deg
+from overturning.model.plane_weights import mask_of_azimuths_before_gap_and_grid_step, plane_azimuth_period_deg
 from overturning.study.cube import element_name_to_show, parse_json_attribute, study_of_cube
 from overturning.study.scenes import (
     NAME_OF_STUDY_ITSELF_AMONG_VARIANTS,

@@ -7,10 +7,14 @@ one. Intensity measures and motions are read from the files next to the cube. An
 
 from collections.abc import Callable, Sequence
 from functools import partial, wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from overturning.errors import ArgumentError, MissingDataError, refuse_unknown_keywords
+from overturning.figures.files_beside_cube import (
+    motion_amplitude_factor,
+    motion_file_path_of_single_record_cube,
+    read_intensity_measures,
+)
 from overturning.motion.motion import Accelerogram
 
 if TYPE_CHECKING:
@@ -112,7 +116,7 @@ def _draw_fall_maps_of_one_or_several_records(
 def _read_pgv_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
     """Return PGV by azimuth, m/s, of the record in a results cube; None if it was not computed."""
     try:
-        return _read_intensity_measures(cube, "pgv")["pgv"].isel(record=0)
+        return read_intensity_measures(cube, "pgv")["pgv"].isel(record=0)
     except MissingDataError:
         return None
 
@@ -198,7 +202,7 @@ def fall_alignment_by_b_over_h(cube: "xr.Dataset") -> "Figure":
 
     def draw_fall_alignment_by_b_over_h(cube_of_one_element_and_amplitude: "xr.Dataset") -> "Figure":
         found = alignments_with_reference_axes_by_record_group(
-            cube_of_one_element_and_amplitude, _read_intensity_measures(cube_of_one_element_and_amplitude)
+            cube_of_one_element_and_amplitude, read_intensity_measures(cube_of_one_element_and_amplitude)
         )
         check_has_fall_alignment(cube_of_one_element_and_amplitude, found)
         return fall_alignment_by_b_over_h_figure(found, cube_of_one_element_and_amplitude["b_over_h"].to_numpy())
@@ -217,7 +221,7 @@ def outcomes_by_pga_and_pgv_ratio(cube: "xr.Dataset") -> "Figure":
     def draw_outcomes_by_pga_and_pgv_ratio(cube_of_one_element_and_amplitude: "xr.Dataset") -> "Figure":
         if other := note_if_sizes_are_not_those_of_shown_stone(cube_of_one_element_and_amplitude):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
-        measures = _read_intensity_measures(cube_of_one_element_and_amplitude)
+        measures = read_intensity_measures(cube_of_one_element_and_amplitude)
         check_has_outcomes_and_nonzero_motion(cube_of_one_element_and_amplitude, measures)
         fit = fit_logistic_overturning_model(cube_of_one_element_and_amplitude, measures)
         return outcomes_by_pga_and_pgv_over_pga_figure(
@@ -235,7 +239,7 @@ def pga_and_pgv_by_azimuth(cube: "xr.Dataset", record: str | None = None) -> "Fi
     from overturning.figures.ground import pga_and_pgv_by_azimuth_figure
 
     one = _select_outcomes_under_record(cube, record)
-    measures = _read_intensity_measures(one).isel(record=0)
+    measures = read_intensity_measures(one).isel(record=0)
     check_ground_moves(float(measures["pga"].max()), "intensity")
     return pga_and_pgv_by_azimuth_figure(measures, float(one["fault_normal"]), _record_title(one))
 
@@ -249,7 +253,7 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
 
     one = _select_outcomes_under_record(cube, record)
     motion = _checked_nonzero_motion(
-        Motion.of(read_record_from_motion_file(_motion_file_path_of_single_record_cube(one))), "hodograph"
+        Motion.of(read_record_from_motion_file(motion_file_path_of_single_record_cube(one))), "hodograph"
     )
     return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
@@ -265,7 +269,7 @@ def time_histories(motion: "Accelerogram | xr.Dataset", record: str | None = Non
     from overturning.records.store import read_record_before_processing_if_processed, read_record_from_motion_file
 
     if isinstance(motion, xr.Dataset):
-        path = _motion_file_path_of_single_record_cube(_select_outcomes_under_record(motion, record))
+        path = motion_file_path_of_single_record_cube(_select_outcomes_under_record(motion, record))
         used = read_record_from_motion_file(path)
         return record_before_and_after_processing_figure(
             read_record_before_processing_if_processed(path) or used, _checked_nonzero_motion(used, "history")
@@ -342,65 +346,15 @@ def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("statio
     """Return a title: metadata of the record (station, event), variant if not nominal, amplitude factor if not 1."""
     from overturning.labels import variant_label_in_list_if_not_nominal
 
-    times = [f"motion × {_motion_amplitude_factor(cube):g}"] if _motion_amplitude_factor(cube) != 1.0 else []
+    times = [f"motion × {motion_amplitude_factor(cube):g}"] if motion_amplitude_factor(cube) != 1.0 else []
     own = filter(None, (str(cube[name].item()) for name in coordinate_names))
     return ", ".join([*own, *variant_label_in_list_if_not_nominal(cube), *times])
-
-
-def _motion_amplitude_factor(cube: "xr.Dataset") -> float:
-    """Return the amplitude factor of the motions in a results cube; 1 if it is not stated."""
-    return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
 def _check_cube_has_coordinate_for_figure(cube: "xr.Dataset", coordinate_name: str, figure_kind: str) -> None:
     """Raise an ArgumentError if a cube lacks the coordinate azimuth (2-D) or orientation (3-D) that a figure needs."""
     if coordinate_name not in cube.coords:
         raise ArgumentError(f"{figure_kind}: a cube without {coordinate_name} has no such figure; choose another kind")
-
-
-def _existing_path_next_to_cube(cube: "xr.Dataset", file_name: str) -> Path:
-    """Return the path of a file next to a results cube; raise a MissingDataError if the file does not exist."""
-    file = Path(cube.encoding.get("source", ""))
-    if not (path := file.parent / file_name).is_file():
-        where = f"not next to {file}" if file.is_file() else "a cube in memory has no such file"
-        raise MissingDataError(f"{file_name}: {where}; open the cube of a completed study, in the folder of the study")
-    return path
-
-
-def _motion_file_path_of_single_record_cube(cube: "xr.Dataset") -> Path:
-    """Return the path of the motion file of the one record in a results cube."""
-    record = cube["record_id"].item() if "record_id" in cube else "RECORD"  # of a cube that belongs to no study
-    return _existing_path_next_to_cube(cube, f"{_ground_motion_folder_beside_cube(cube)}/{record}.nc")
-
-
-def _ground_motion_folder_beside_cube(cube: "xr.Dataset") -> Path:
-    """Return the folder of the motion files, relative to the folder of a results cube."""
-    from overturning.study.cube import motion_folder_of_cube, study_of_cube
-
-    if _motion_amplitude_factor(cube) != 1.0:
-        raise MissingDataError(
-            f"amplitude: motions and measures exist only for the factor 1, not {_motion_amplitude_factor(cube):g}; "
-            "open the cube with amplitude=1"
-        )
-    return (
-        motion_folder_of_cube(Path(), study_of_cube(cube), cube.attrs["variant"])
-        if "study" in cube.attrs
-        else Path("motion")
-    )
-
-
-def _read_intensity_measures(cube: "xr.Dataset", *names: str) -> "xr.Dataset":
-    """Return intensity measures (all, or only `names`) of the records in a results cube, in the cube's record order."""
-    import xarray as xr
-
-    path = _existing_path_next_to_cube(cube, "intensity.nc")
-    if _ground_motion_folder_beside_cube(cube) != Path("motion"):
-        raise MissingDataError(
-            f"{path}: measures of the variant {cube.attrs['variant']} do not exist; use the nominal one"
-        )
-    with xr.open_dataset(path, engine="netcdf4") as measures:
-        every, used = measures["record_id"].to_numpy().tolist(), measures[list(names)] if names else measures
-        return used.isel(record=[every.index(name) for name in cube["record_id"].to_numpy().ravel()]).load()
 
 
 def _plot_motion(self: Accelerogram) -> "Figure":

@@ -79,7 +79,7 @@ def test_fall_axes_figure_needs_a_fault_strike_and_roses_do_not(
 def test_figure_of_fall_alignment_needs_falls_and_a_reference_direction(monkeypatch: pytest.MonkeyPatch) -> None:
     cube = random_3d_cube().assign_coords(pulse=("record", [1, 1]))
     unknown = xr.Dataset({name: ("record", [np.nan] * 2) for name in ("pgv_azimuth", "pga_azimuth", "pulse_axis")})
-    monkeypatch.setattr(plot, "_read_intensity_measures", lambda _: unknown)
+    monkeypatch.setattr(plot, "read_intensity_measures", lambda _: unknown)
     stands = cube.assign(overturned=xr.zeros_like(cube["overturned"]), fall_azimuth=cube["fall_azimuth"] * np.nan)
     with expect_error(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
         plot.fall_alignment_by_b_over_h(stands)

@@ -28,7 +28,7 @@ from overturning.figures.style import (
     use_package_matplotlib_settings,
 )
 from overturning.figures.write import save_figure_files
-from overturning.model.planes import case_weights_by_azimuth_spacing
+from overturning.model.plane_weights import case_weights_by_azimuth_spacing
 from overturning.motion.motion import Motion
 from overturning.statistics.circular import fall_shares_by_sector
 from overturning.study.intensity import write_intensity_measures

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.model.planes import plane_weights_by_azimuth_spacing
+from overturning.model.plane_weights import plane_weights_by_azimuth_spacing
 from overturning.model.symmetry import (
     copy_with_mirrored_planes_marked,
     first_equivalent_of_each_direction,

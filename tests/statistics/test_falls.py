@@ -8,15 +8,14 @@ from overturning.errors import ResultError
 from overturning.labels import unsimulated_azimuth_ranges_text
 from overturning.model.body import Body
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.model.planes import (
+from overturning.model.plane_weights import (
     MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS,
-    PlanarModel,
     distinct_plane_indices,
-    fall_probabilities_towards_and_away,
     mask_of_azimuths_before_gap_and_grid_step,
     plane_azimuths_alone_impose_fall_axis,
     plane_weights_by_azimuth_spacing,
 )
+from overturning.model.planes import PlanarModel, fall_probabilities_towards_and_away
 from overturning.model.stack import Stack
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.statistics.elements import count_falls_of_each_and_any_element, summarise_element_displacements

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.statistics.differing_cases import clearest_case_with_differing_outcomes
 from overturning.statistics.illustrative import (
     ANY_ELEMENT_FALLS_VARIABLE,
     BOTH_SIDES_CASE_TITLE,
     FALLS_IN_ONE_VARIANT_ONLY_RULE,
     OPPOSITE_FALLS_IN_TWO_VARIANTS_RULE,
-    clearest_case_with_differing_outcomes,
     find_best_case_for_each_behaviour,
 )
 

@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 from typing_extensions import override
 
-from overturning.commands import cube, records, study, surveys, workflow
+from overturning.commands import cube, records, stood, study, surveys, workflow
 from overturning.commands.explore import write_interactive_cube_page
 from overturning.commands.one import simulate_stone_or_scene_under_one_record
 from overturning.errors import OverturningError
@@ -75,7 +75,7 @@ _FUNCTION_BY_USER_COMMAND: dict[str, Callable[..., None]] = {
     "explore": write_interactive_cube_page,
     "survey": surveys.summarise_or_compare_survey,
     "backwards": surveys.infer_motion_from_survey,
-    "stood": surveys.print_survival_probability,
+    "stood": stood.print_survival_probability,
     "recheck": cube.recheck_random_cases_of_cube,
 }
 for _name, _command in _FUNCTION_BY_USER_COMMAND.items():

@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import gap_azimuths_one_step_from_simulated_ones
-from overturning.model.planes import plane_azimuth_period_deg
+from overturning.model.plane_weights import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.opposite_azimuths import cube_with_opposite_azimuths
 

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.errors import ArgumentError
-from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
+from overturning.model.plane_weights import azimuths_in_results_bias_mean_fall_axis
 from overturning.motion.motion import Accelerogram
 from overturning.statistics.earthquakes import mean_fall_directions_and_axes_by_record
 from overturning.statistics.logistic import MAX_PGA_FROM_ROUNDING_M_S2

@@ -40,7 +40,7 @@ from overturning.figures.style import (
 from overturning.files import write_text
 from overturning.labels import variant_label_in_list_if_not_nominal
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.model.planes import plane_azimuth_period_deg
+from overturning.model.plane_weights import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.study.cube import (
     default_height_and_friction_of_figures,

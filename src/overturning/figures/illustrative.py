@@ -29,10 +29,10 @@ from overturning.model.planes import PlanarModel
 from overturning.motion.motion import Motion
 from overturning.records.store import read_record_from_motion_file
 from overturning.statistics.boundary import overturning_boundary_b_over_h_by_azimuth
+from overturning.statistics.differing_cases import clearest_case_with_differing_outcomes
 from overturning.statistics.illustrative import (
     ANY_ELEMENT_FALLS_VARIABLE,
     IllustrativeCase,
-    clearest_case_with_differing_outcomes,
     find_best_case_for_each_behaviour,
 )
 from overturning.study.cube import element_name_to_show, open_cube_for_reading_by_record, study_of_cube

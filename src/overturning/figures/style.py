@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.svg_translation import break_lines_and_widen_to_max_line_count
-from overturning.model.planes import mask_of_azimuths_before_gap_and_grid_step
+from overturning.model.plane_weights import mask_of_azimuths_before_gap_and_grid_step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,7 +7,7 @@ import numpy as np
 from overturning.findings.results import StudyResults
 from overturning.findings.values import FindingBaseClass, OptionalNumberOrInfinity
 from overturning.labels import earthquake_assignment_notes, unsimulated_azimuth_ranges_deg
-from overturning.model.planes import plane_azimuth_period_deg
+from overturning.model.plane_weights import plane_azimuth_period_deg
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG
 from overturning.statistics.by_record import record_masks_by_group
 from overturning.statistics.map_choice import choose_records_for_report_maps

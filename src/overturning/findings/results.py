@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.labels import note_if_sizes_are_not_those_of_shown_stone
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
 from overturning.model.model import Model
-from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
+from overturning.model.plane_weights import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics import alignment_by_rule, earthquakes, reference_directions
 from overturning.statistics.bootstrap import MeanOverEarthquakes
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION

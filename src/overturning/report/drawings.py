@@ -13,7 +13,6 @@ from overturning.errors import ArgumentError
 from overturning.figures.answer import (
     PlottedEstimate,
     fall_alignment_with_reference_axes_figure,
-    overturned_shares_and_difference_figure,
 )
 from overturning.figures.fall_rate import fragility_curves_figure, overturned_fraction_by_intensity_figure
 from overturning.figures.film_words import station_and_event_text
@@ -30,12 +29,15 @@ from overturning.figures.svg_translation import translate_svg
 from overturning.figures.write import save_figure_files
 from overturning.files import write_text
 from overturning.findings.collect import Findings, findings_from_results
-from overturning.findings.contrast import VariantContrast
 from overturning.findings.observed import ObservedFallsFinding
 from overturning.findings.opening import open_study_results
 from overturning.findings.results import StudyResults
 from overturning.findings.surveys import SurveyPredictionFindings
-from overturning.findings.values import Estimate
+from overturning.report.share_drawings import (
+    convert_to_plotted_estimate,
+    draw_overturned_shares_of_study_and_variant,
+    legend_names_of_study_and_variant,
+)
 from overturning.statistics.circular import MIN_RESULTANT_WITH_MEAN_DIRECTION
 from overturning.study.cube import default_height_and_friction_of_figures
 from overturning.study.scenes import NAME_OF_STUDY_ITSELF_AMONG_VARIANTS, variant_scene
@@ -92,7 +94,7 @@ FIGURES_DRAWN_WITH_REPORT: "Final[dict[str, Callable[[StudyResults, Findings], S
         [partial(_draw_fall_alignment_with_reference_axes, findings)] if findings.reference_alignments else []
     ),
     "contrast": lambda _, findings: [
-        partial(_draw_overturned_shares_of_study_and_variant, one, legend_names_of_study_and_variant(findings, one))
+        partial(draw_overturned_shares_of_study_and_variant, one, legend_names_of_study_and_variant(findings, one))
         for one in findings.contrasts
         if one.is_primary_comparison
     ][-1:],
@@ -205,28 +207,6 @@ def _draw_always_shown_figures_for_phone(results: StudyResults, findings: Findin
         )
 
 
-def legend_names_of_study_and_variant(findings: Findings, contrast: VariantContrast) -> tuple[str, str]:
-    """Return two legend names: one for the study, and one for the variant with which it is compared."""
-    if contrast.differing_settings == ["vertical"]:
-        names = ("with vertical motion", "without vertical motion")
-        return names if findings.study.applies_vertical_motion else names[::-1]
-    if contrast.differing_settings == ["scene"]:
-        return contrast.scene_name_of_study, contrast.scene_name_of_variant
-    if contrast.differing_settings == ["site"]:
-        soil = (
-            f"soil of {contrast.variant}"
-            if contrast.soil_thickness_of_variant_m is None
-            else f"{contrast.soil_thickness_of_variant_m:g} m of soil"
-        )
-        return "ground as recorded", soil
-    return "this study", f"variant {contrast.variant}"
-
-
-def convert_to_plotted_estimate(estimate: Estimate) -> PlottedEstimate:
-    """Convert an estimate of the findings (value, interval, earthquakes) to the data type that figures draw."""
-    return PlottedEstimate(estimate.value, estimate.low, estimate.high, estimate.earthquake_count)
-
-
 def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
     """Draw the alignment of the falls with the axis of each reference direction, such as the fault normal."""
     groups = {}
@@ -236,38 +216,6 @@ def _draw_fall_alignment_with_reference_axes(findings: Findings) -> "Figure":
             one.reference: convert_to_plotted_estimate(one.alignment_over_all_b_over_h) for one in axes
         }
     return fall_alignment_with_reference_axes_figure(groups)
-
-
-def _draw_overturned_shares_of_study_and_variant(contrast: VariantContrast, legend_names: tuple[str, str]) -> "Figure":
-    """Draw the shares of cases that fall in the study and in a variant, and their difference, in total and by B/H."""
-    shapes = contrast.overturned_shares_by_b_over_h if len(contrast.overturned_shares_by_b_over_h) > 1 else []
-    rows = ["all cases", *(f"B/H {each.b_over_h:.3g}" for each in shapes)]
-    here = [
-        convert_to_plotted_estimate(contrast.share_overturned_in_study),
-        *(convert_to_plotted_estimate(each.share_overturned_in_study) for each in shapes),
-    ]
-    there = [
-        convert_to_plotted_estimate(contrast.share_overturned_in_variant),
-        *(convert_to_plotted_estimate(each.share_overturned_in_variant) for each in shapes),
-    ]
-    differences = [
-        convert_to_plotted_estimate(contrast.study_minus_variant_share),
-        *(convert_to_plotted_estimate(each.study_minus_variant_share) for each in shapes),
-    ]
-    if (
-        contrast.population_fall_rate_in_study is not None
-        and contrast.population_fall_rate_in_variant is not None
-        and contrast.primary_statistic_study_minus_variant != contrast.study_minus_variant_share
-    ):
-        rows = ["stones of a cemetery", "all blocks", *rows[1:]]
-        here, there = (
-            [convert_to_plotted_estimate(contrast.population_fall_rate_in_study), *here],
-            [convert_to_plotted_estimate(contrast.population_fall_rate_in_variant), *there],
-        )
-        differences = [convert_to_plotted_estimate(contrast.primary_statistic_study_minus_variant), *differences]
-    return overturned_shares_and_difference_figure(
-        rows, dict(zip(legend_names, (here, there), strict=True)), differences
-    )
 
 
 def _draw_observed_and_computed_falls(survey_findings: Sequence[SurveyPredictionFindings]) -> "Figure":

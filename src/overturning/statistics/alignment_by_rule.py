@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
+from overturning.model.plane_weights import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_over_earthquakes
 from overturning.statistics.by_record import apply_to_record_batches_and_join, record_masks_by_group
 from overturning.statistics.falls import (

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.planes import (
+from overturning.model.plane_weights import (
     distinct_plane_indices,
-    fall_probabilities_towards_and_away,
     plane_azimuth_period_deg,
     plane_weights_by_azimuth_spacing,
 )
+from overturning.model.planes import fall_probabilities_towards_and_away
 from overturning.statistics.circular import mean_angle_deg_and_mean_resultant_length
 
 BOUNDARY_FALL_PROBABILITY = 0.5

@@ -14,7 +14,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.model.planes import azimuths_in_results_bias_mean_fall_axis
+from overturning.model.plane_weights import azimuths_in_results_bias_mean_fall_axis
 from overturning.statistics.bootstrap import (
     MeanOverEarthquakes,
     bootstrap_interval,

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import case_weights_by_azimuth_spacing, plane_azimuth_period_deg
+from overturning.model.plane_weights import case_weights_by_azimuth_spacing, plane_azimuth_period_deg
 from overturning.motion.direction import angle_between_azimuths
 from overturning.statistics.bootstrap import MeanOverEarthquakes, mean_share_over_earthquakes
 from overturning.statistics.by_record import iterate_results_by_record

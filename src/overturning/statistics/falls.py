@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.model.planes import (
+from overturning.model.plane_weights import (
     MAX_RESULTANT_LENGTH_OF_UNIFORM_PLANE_AZIMUTHS,
     PLANE_WEIGHT_EQUALITY_TOLERANCE,
 )

@@ -6,13 +6,12 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.model.planes import (
+from overturning.model.plane_weights import (
     PLANE_WEIGHT_EQUALITY_TOLERANCE,
-    VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY,
-    fall_probabilities_towards_and_away,
     plane_azimuth_period_deg,
     plane_weights_by_azimuth_spacing,
 )
+from overturning.model.planes import VARIABLE_NAMES_READ_FOR_FALL_PROBABILITY, fall_probabilities_towards_and_away
 from overturning.model.symmetry import PLANE_SYMMETRY_PERIOD_DEG, nearest_simulated_planes
 from overturning.model.variables import PLANAR_OUTCOME_VARIABLES, PLANE_ENSEMBLE_VARIABLES, mask_of_known_outcomes
 

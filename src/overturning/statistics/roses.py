@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import default_model_of_same_kind_as_results_cube
-from overturning.model.planes import (
+from overturning.model.plane_weights import (
     case_weights_by_azimuth_spacing,
     mask_of_azimuths_before_gap_and_grid_step,
     plane_azimuth_period_deg,

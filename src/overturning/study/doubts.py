@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.polygon.prepare import reason_scene_moves_by_itself
 from overturning.model.geometry import rounded_reference_height_and_b_over_h
-from overturning.model.planes import plane_azimuths_alone_impose_fall_axis
+from overturning.model.plane_weights import plane_azimuths_alone_impose_fall_axis
 from overturning.model.scene import Scene
 from overturning.model.stack_checks import unsimulated_overhang_contact_warnings
 from overturning.model.stack_stones import stack_stones

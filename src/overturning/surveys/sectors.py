@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import plane_weights_by_azimuth_spacing
+from overturning.model.plane_weights import plane_weights_by_azimuth_spacing
 from overturning.model.symmetry import FULL_TURN_DEG, nearest_simulated_directions
 from overturning.statistics.circular import sector_index
 
